@@ -1,0 +1,1 @@
+"""What records say about the rig: fits, intervals and comparisons."""

@@ -1,0 +1,104 @@
+"""Intervals of the free parameters: from the covariance where it tells, from the profile where it does not."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from fitting.lanes import Lanes, Misfit
+from fitting.newton import Robust, Solution, solve
+from fitting.uncertainty import Spread
+
+NEARLY_LINEAR = 0.3
+LARGEST_STEPS = 6
+
+
+@dataclasses.dataclass(frozen=True)
+class Interval:
+    """A 95 % interval in coordinates; an end is None where the data do not bound the parameter on that side.
+
+    `method` is "covariance" or "profile".
+    """
+
+    low: float | None
+    high: float | None
+    deviation: float
+    method: str
+
+
+def interval(
+    misfit: Misfit,
+    lanes: Lanes,
+    solution: Solution,
+    robust: Robust,
+    spreads: tuple[Spread, Spread],
+    index: int,
+    progress: Callable[[], None] = lambda: None,
+) -> Interval:
+    """The interval of the unknown at `index`.
+
+    `spreads` are the covariances of the unknowns off their bounds and of all unknowns. The covariance serves
+    where the unknown keeps clear of its bounds and its logarithm is known to 0.3; otherwise the profile of
+    the cost is followed outwards until it has risen by t^2 times the inflation of the variance over that of
+    white residuals.
+    """
+    conditional, full = spreads
+    unknown = misfit.unknowns.members[index]
+    at = float(solution.coordinates[index])
+    bounds = float(misfit.unknowns.lower[index]), float(misfit.unknowns.upper[index])
+    resting = bool(solution.at_bound[index])
+    chosen = full if resting else conditional
+    deviation = float(chosen.deviation()[index])
+    reach = float(chosen.quantile()[index]) * deviation
+    relative = deviation if unknown.kind == "log" else deviation / max(abs(at), 1e-300)
+    clear = at - 1.3 * reach > bounds[0] and at + 1.3 * reach < bounds[1]
+    if not resting and clear and (relative < NEARLY_LINEAR or unknown.lower < 0):
+        return Interval(at - reach, at + reach, deviation, "covariance")
+    threshold = float(chosen.quantile()[index]) ** 2 * float(max(chosen.inflation()[index], 1e-12))
+    ends = [
+        _crossing(misfit, lanes, solution, robust, index, bound, reach, threshold, progress) for bound in bounds
+    ]
+    return Interval(ends[0], ends[1], deviation, "profile")
+
+
+def _crossing(
+    misfit: Misfit,
+    lanes: Lanes,
+    solution: Solution,
+    robust: Robust,
+    index: int,
+    bound: float,
+    reach: float,
+    threshold: float,
+    progress: Callable[[], None],
+) -> float | None:
+    """Where the profile crosses the threshold on the way to `bound`; None where it does not."""
+    at = float(solution.coordinates[index])
+    sense = 1.0 if bound > at else -1.0
+    fixed = np.zeros(len(misfit.unknowns), bool)
+    fixed[index] = True
+    coordinates, starts = solution.coordinates, solution.starts
+    inner, inner_root = at, 0.0
+    step = reach if math.isfinite(reach) and reach > 0 else abs(bound - at)
+    for _ in range(LARGEST_STEPS):
+        outer = bound if abs(bound - inner) <= step else inner + sense * step
+        if outer == inner:
+            return None
+        point = coordinates.copy()
+        point[index] = outer
+        found = solve(misfit, lanes, point, starts, fixed=fixed, robust=robust, iterations=8, tolerance=1e-2)
+        progress()
+        root = math.sqrt(max(found.cost - solution.cost, 0.0))
+        target = math.sqrt(threshold)
+        if root >= target:
+            share = (target - inner_root) / max(root - inner_root, 1e-300)
+            return inner + share * (outer - inner)
+        if outer == bound:
+            return None
+        coordinates, starts = found.coordinates, found.starts
+        inner, inner_root = outer, root
+        step = max(1.3 * (target - root) * abs(outer - at) / max(root, 1e-3 * target), 0.3 * step)
+    return None

@@ -1,0 +1,158 @@
+"""Lanes: many short segments of records, simulated side by side, each with its own free start."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxstick.hypothesis import Hypothesis
+from jaxstick.oscillator import Start
+from jaxstick.parameter import find, replace
+from jaxstick.parts.drive import RecordedDrive
+from jaxstick.simulate import Grid, march
+from fitting.unknowns import Unknowns
+
+LARGEST_PACK = 512
+
+
+class Lanes(eqx.Module):
+    """Segments of records with a leading axis of lanes; all have the same number of samples.
+
+    `rig_shift` holds what each lane's rig parameters differ by from the hypothesis; weights are reciprocal
+    standard deviations of the channels, 0 where a sample does not count; `start` and `start_deviation` are
+    the prior of displacement, velocity and contact force at the first sample.
+    """
+
+    rig_shift: dict[str, Float[Array, " lanes"]]
+    drive: RecordedDrive
+    start_time: Float[Array, " lanes"]
+    interval: Float[Array, " lanes"]
+    displacement: Float[Array, "lanes samples"]
+    friction: Float[Array, "lanes samples"]
+    displacement_weight: Float[Array, "lanes samples"]
+    friction_weight: Float[Array, "lanes samples"]
+    start: Float[Array, "lanes 3"]
+    start_deviation: Float[Array, "lanes 3"]
+    substeps: int = eqx.field(static=True)
+
+    def __len__(self) -> int:
+        return self.displacement.shape[0]
+
+    def counted(self) -> np.ndarray:
+        """How many residuals of each lane count."""
+        weights = np.asarray(self.displacement_weight), np.asarray(self.friction_weight)
+        return np.sum(weights[0] > 0, axis=1) + np.sum(weights[1] > 0, axis=1)
+
+    def take(self, index: np.ndarray) -> Lanes:
+        """The lanes at these indices, in this order."""
+        return jax.tree.map(lambda leaf: np.asarray(leaf)[index], self)
+
+
+def lane_oscillator(hypothesis: Hypothesis, lane: Lanes) -> Any:
+    """The oscillator of one lane: the hypothesis with the lane's own rig and drive."""
+    shifted = {
+        f"rig.{name}": find(hypothesis.nominal, f"rig.{name}").of(hypothesis.nominal) + shift
+        for name, shift in lane.rig_shift.items()
+    }
+    nominal = replace(hypothesis.nominal, shifted)
+    nominal = eqx.tree_at(lambda oscillator: oscillator.drive, nominal, lane.drive)
+    return eqx.tree_at(lambda h: h.nominal, hypothesis, nominal).oscillator()
+
+
+def lane_prediction(hypothesis: Hypothesis, lane: Lanes, start: Array) -> tuple[Array, Array]:
+    """What the instrument reads along one lane: displacement [m] and friction [N], one value a sample."""
+    grid = Grid(lane.start_time, lane.interval, lane.displacement.shape[-1], lane.substeps)
+    trajectory = march(lane_oscillator(hypothesis, lane), Start(*start), grid)
+    return trajectory.displacement, trajectory.friction
+
+
+def lane_residual(hypothesis: Hypothesis, lane: Lanes, start: Array) -> Array:
+    """Residuals of one lane in standard deviations: displacement, friction, prior of the start."""
+    displacement, friction = lane_prediction(hypothesis, lane, start)
+    return jnp.concatenate(
+        [
+            lane.displacement_weight * (displacement - lane.displacement),
+            lane.friction_weight * (friction - lane.friction),
+            (start - lane.start) / lane.start_deviation,
+        ]
+    )
+
+
+class Linearisation(NamedTuple):
+    """Per lane, with r the residuals and J their derivative with respect to unknowns and start:
+    r.r, J'r and J'J."""
+
+    cost: np.ndarray
+    gradient: np.ndarray
+    curvature: np.ndarray
+
+
+class Misfit:
+    """Residuals of lanes under a hypothesis, linearised lane by lane in one compiled program.
+
+    Lanes go through the program in packs of fixed size, several packs at a time on the machine's cores, so
+    that one compilation serves any number of lanes and starts.
+    """
+
+    def __init__(self, hypothesis: Hypothesis, unknowns: Unknowns, *, lanes: int, workers: int):
+        """`lanes` is the number that will mostly be asked for: packs are cut so that they share the cores."""
+        self.hypothesis = hypothesis
+        self.unknowns = unknowns
+        self._workers = workers
+        rounds = -(-lanes // (workers * LARGEST_PACK))
+        self._pack = -(-lanes // (workers * rounds))
+        self._linearise = jax.jit(self._linearise_pack)
+        self._predict = jax.jit(self._predict_pack)
+
+    def linearise(self, lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray) -> Linearisation:
+        """Cost, gradient and curvature of every lane; `coordinates` (lanes, unknowns), `starts` (lanes, 3)."""
+        return Linearisation(*self._in_packs(self._linearise, lanes, coordinates, starts))
+
+    def predict(
+        self, lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Predicted displacement and friction of every lane, each (lanes, samples)."""
+        displacement, friction = self._in_packs(self._predict, lanes, coordinates, starts)
+        return displacement, friction
+
+    def _linearise_pack(self, lanes: Lanes, coordinates: Array, starts: Array) -> tuple[Array, Array, Array]:
+        n = len(self.unknowns)
+
+        def residual(point: Array, lane: Lanes) -> tuple[Array, Array]:
+            hypothesis = self.unknowns.insert(self.hypothesis, point[:n])
+            value = lane_residual(hypothesis, lane, point[n:])
+            return value, value
+
+        def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array, Array]:
+            point = jnp.concatenate([coordinates, start])
+            jacobian, value = jax.jacfwd(residual, has_aux=True)(point, lane)
+            return value @ value, value @ jacobian, jacobian.T @ jacobian
+
+        return jax.vmap(one)(lanes, coordinates, starts)
+
+    def _predict_pack(self, lanes: Lanes, coordinates: Array, starts: Array) -> tuple[Array, Array]:
+        def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array]:
+            return lane_prediction(self.unknowns.insert(self.hypothesis, coordinates), lane, start)
+
+        return jax.vmap(one)(lanes, coordinates, starts)
+
+    def _in_packs(self, program: Callable[..., Any], lanes: Lanes, *arrays: np.ndarray) -> list[np.ndarray]:
+        count = len(lanes)
+        pack = min(self._pack, -(-count // self._workers))
+
+        def run(first: int) -> tuple[np.ndarray, ...]:
+            index = np.minimum(np.arange(first, first + pack), count - 1)
+            with jax.enable_x64(True):
+                out = program(lanes.take(index), *(array[index] for array in arrays))
+            return tuple(np.asarray(leaf)[: count - first] for leaf in out)
+
+        with ThreadPoolExecutor(self._workers) as pool:
+            packs = list(pool.map(run, range(0, count, pack)))
+        return [np.concatenate(parts) for parts in zip(*packs, strict=True)]

@@ -1,0 +1,147 @@
+"""Cuts runs into short segments and lays them out as lanes."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from fitting.lanes import Lanes
+from fitting.signals import Signals, excitation
+from jaxstick.errors import UserError
+from jaxstick.parts.drive import RecordedDrive
+from jaxstick.record import KnownRig
+
+KNOTS_A_PERIOD = 40
+LEAST_SAMPLES = 12
+START_FREEDOM = 10.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Segment:
+    """Samples `first` to `last` (exclusive) of run number `run`."""
+
+    run: int
+    first: int
+    last: int
+
+
+def cut(signals: Sequence[Signals], length: float | None) -> list[Segment]:
+    """Segments of about `length` seconds that cover every run; whole runs where it is None.
+
+    Raises UserError for a run with fewer samples than a segment needs.
+    """
+    segments = []
+    for number, signal in enumerate(signals):
+        samples = len(signal.run.time)
+        wanted = samples if length is None else max(LEAST_SAMPLES, round(length / signal.run.interval))
+        if samples < wanted or samples < LEAST_SAMPLES:
+            raise UserError(
+                f"{signal.run.file}: {samples} samples are fewer than one segment of {wanted} samples; "
+                "record longer or cut the run from rig.toml."
+            )
+        edges = np.linspace(0, samples, samples // wanted + 1).round().astype(int)
+        segments += [Segment(number, int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return segments
+
+
+def lay_out(
+    signals: Sequence[Signals], segments: Sequence[Segment], rig: KnownRig, force_scale: float, substeps: int
+) -> Lanes:
+    """The segments as lanes. `rig` is the hypothesis' own rig; `force_scale` [N] the size of the friction."""
+    samples = max(segment.last - segment.first for segment in segments)
+    refine = max(_refinement(signal) for signal in signals)
+    splines = [_drive_pieces(signal, refine) for signal in signals]
+    columns = [
+        _lane(signals[segment.run], segment, splines[segment.run], samples, refine, force_scale)
+        for segment in segments
+    ]
+    stacked = {name: np.stack([column[name] for column in columns]) for name in columns[0]}
+    runs = [signals[segment.run].run for segment in segments]
+    drive = RecordedDrive(
+        start=stacked["start_time"],
+        interval=stacked["interval"] / refine,
+        base=stacked["base"],  # pyright: ignore[reportArgumentType]
+        force=stacked["force"],  # pyright: ignore[reportArgumentType]
+    )
+    shift = {
+        name: np.array([getattr(run.rig, name) - getattr(rig, name) for run in runs])
+        for name in ("mass", "stiffness", "drive_stiffness", "damping", "drive_damping")
+    }
+    return Lanes(
+        rig_shift=shift,  # pyright: ignore[reportArgumentType]
+        drive=drive,
+        start_time=stacked["start_time"],
+        interval=stacked["interval"],
+        displacement=stacked["displacement"],
+        friction=stacked["friction"],
+        displacement_weight=stacked["displacement_weight"],
+        friction_weight=stacked["friction_weight"],
+        start=stacked["start"],
+        start_deviation=stacked["start_deviation"],
+        substeps=substeps,
+    )
+
+
+def _refinement(signal: Signals) -> int:
+    """Into how many pieces a sample interval is split so that a sine that was not recorded is met well."""
+    run = signal.run
+    if run.base is not None or run.frequency is None:
+        return 1
+    return max(1, math.ceil(KNOTS_A_PERIOD * run.frequency * run.interval))
+
+
+def _drive_pieces(signal: Signals, refine: int) -> tuple[np.ndarray, np.ndarray]:
+    """Cubic coefficients of base and force on a grid `refine` times finer than the samples."""
+    time = signal.run.time
+    knots = time[0] + signal.run.interval / refine * np.arange((len(time) - 1) * refine + 1)
+    if _refinement(signal) > 1:
+        base = CubicSpline(knots, excitation(signal.run, knots)[0])
+    else:
+        base = CubicSpline(time, signal.base)
+    return tuple(_on_grid(spline, knots) for spline in (base, CubicSpline(time, signal.force)))
+
+
+def _on_grid(spline: CubicSpline, knots: np.ndarray) -> np.ndarray:
+    left = knots[:-1] + 1e-9 * np.diff(knots)
+    derivatives = [spline(left, order) for order in (3, 2, 1, 0)]
+    scale = (6.0, 2.0, 1.0, 1.0)
+    return np.stack([value / factor for value, factor in zip(derivatives, scale, strict=True)], axis=1)
+
+
+def _lane(
+    signal: Signals,
+    segment: Segment,
+    pieces: tuple[np.ndarray, np.ndarray],
+    samples: int,
+    refine: int,
+    force_scale: float,
+) -> dict[str, np.ndarray]:
+    run = signal.run
+    index = np.minimum(segment.first + np.arange(samples), segment.last - 1)
+    counts = (segment.first + np.arange(samples) < segment.last).astype(float)
+    piece = segment.first * refine + np.arange((samples - 1) * refine)
+    piece = np.minimum(piece, len(pieces[0]) - 1)
+    has_friction = run.friction is not None
+    friction_weight = counts / signal.friction_noise if signal.friction_noise else np.zeros(samples)
+    start = [run.displacement[index[0]], signal.velocity[index[0]], signal.friction[index[0]]]
+    deviation = [
+        START_FREEDOM * signal.displacement_noise,
+        START_FREEDOM * signal.velocity_deviation,
+        force_scale * (0.3 if has_friction else 1.0),
+    ]
+    return {
+        "base": pieces[0][piece],
+        "force": pieces[1][piece],
+        "start_time": np.array(run.time[segment.first]),
+        "interval": np.array(run.interval),
+        "displacement": run.displacement[index],
+        "friction": run.friction[index] if run.friction is not None else np.zeros(samples),
+        "displacement_weight": counts / signal.displacement_noise,
+        "friction_weight": friction_weight,
+        "start": np.array(start),
+        "start_deviation": np.array(deviation),
+    }

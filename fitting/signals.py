@@ -1,0 +1,97 @@
+"""What can be read off a run without simulating it: smoothed motion, friction force, noise."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+from scipy.signal import savgol_coeffs, savgol_filter
+
+from jaxstick.noise import estimate_noise
+from jaxstick.record import KnownRig, Noise, Run
+
+Samples = np.ndarray
+
+
+@dataclasses.dataclass(frozen=True)
+class Signals:
+    """One run's samples (SI), the velocity and friction force found from them, and their standard deviations.
+
+    `base` and `force` are the excitation at the samples (zero where the run has none). `friction` is the
+    recorded friction force or, without that channel, m x'' + c x' + K x - k_d y - c_d y' - u.
+    """
+
+    run: Run
+    base: Samples
+    force: Samples
+    velocity: Samples
+    friction: Samples
+    displacement_noise: float
+    friction_noise: float | None
+    velocity_deviation: float
+    friction_deviation: float
+
+
+def read_signals(run: Run, noise: Noise) -> Signals:
+    """The signals of a run; noise levels that are not stated are estimated from its own samples."""
+    dt = run.interval
+    displacement_noise = noise.displacement or estimate_noise(run.displacement)
+    friction_noise = None
+    if run.friction is not None:
+        friction_noise = noise.friction or estimate_noise(run.friction)
+    base, force = excitation(run, run.time)
+    window = _window(natural_period(run.rig) or 100 * dt, dt, len(run.time))
+    velocity = savgol_filter(run.displacement, window, 2, deriv=1, delta=dt)
+    velocity_deviation = displacement_noise * math.sqrt(np.sum(savgol_coeffs(window, 2, deriv=1, delta=dt) ** 2))
+    if run.friction is not None and friction_noise is not None:
+        friction, friction_deviation = run.friction, friction_noise
+    else:
+        friction, friction_deviation = _balance(run, base, force, velocity, window, displacement_noise)
+    return Signals(
+        run,
+        base,
+        force,
+        velocity,
+        friction,
+        displacement_noise,
+        friction_noise,
+        velocity_deviation,
+        friction_deviation,
+    )
+
+
+def excitation(run: Run, time: Samples) -> tuple[Samples, Samples]:
+    """Base displacement [m] and applied force [N] of a run at its sample times (zero where it has none).
+
+    A base that was not recorded is base_amplitude sin(2 pi frequency t + phase).
+    """
+    zero = np.zeros_like(time)
+    base = zero if run.base is None else run.base
+    if run.base is None and run.frequency is not None and run.base_amplitude is not None:
+        base = run.base_amplitude * np.sin(2 * math.pi * run.frequency * time + run.base_phase)
+    return base, zero if run.force is None else run.force
+
+
+def natural_period(rig: KnownRig) -> float | None:
+    """2 pi sqrt(m/K) [s]; None for a rig without springs."""
+    return 2 * math.pi * math.sqrt(rig.mass / rig.stiffness) if rig.stiffness > 0 else None
+
+
+def _window(period: float, dt: float, samples: int) -> int:
+    """An odd number of samples that spans a twenty-fifth of the natural period, at least 7."""
+    window = max(7, 2 * round(period / dt / 50) + 1)
+    return min(window, samples - 1 + samples % 2)
+
+
+def _balance(
+    run: Run, base: Samples, force: Samples, velocity: Samples, window: int, noise: float
+) -> tuple[Samples, float]:
+    rig, dt = run.rig, run.interval
+    wide = min(2 * window + 1, len(run.time) - 1 + len(run.time) % 2)
+    acceleration = savgol_filter(run.displacement, wide, 3, deriv=2, delta=dt)
+    base_rate = savgol_filter(base, window, 2, deriv=1, delta=dt)
+    friction = rig.mass * acceleration + rig.damping * velocity + rig.stiffness * run.displacement
+    friction -= rig.drive_stiffness * base + rig.drive_damping * base_rate + force
+    gain = math.sqrt(np.sum(savgol_coeffs(wide, 3, deriv=2, delta=dt) ** 2))
+    return friction, rig.mass * noise * gain

@@ -1,0 +1,93 @@
+"""How sure the constants are: intervals that stay right when residuals are coloured."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from scipy.stats import t as student
+
+from fitting.newton import Solution, reduce
+
+LEVEL = 0.95
+
+
+@dataclasses.dataclass(frozen=True)
+class Spread:
+    """Covariance of the free coordinates (p, p), their Student degrees of freedom (p), and the model-based
+    covariance that white residuals of the stated noise would give (p, p). Rows of unknowns that were held or
+    rest on a bound are zero."""
+
+    covariance: np.ndarray
+    dof: np.ndarray
+    model: np.ndarray
+
+    def deviation(self) -> np.ndarray:
+        return np.sqrt(np.diag(self.covariance))
+
+    def quantile(self, level: float = LEVEL) -> np.ndarray:
+        """Two-sided Student quantile of every coordinate."""
+        return student.ppf(0.5 + level / 2, self.dof)
+
+    def inflation(self) -> np.ndarray:
+        """Robust over model-based variance of every coordinate (1 where residuals are white)."""
+        model = np.diag(self.model)
+        return np.where(model > 0, np.diag(self.covariance) / np.where(model > 0, model, 1.0), 1.0)
+
+
+def spread(
+    solution: Solution, clusters: np.ndarray, free: np.ndarray, prior_curvature: np.ndarray
+) -> Spread:
+    """Cluster-robust covariance of the coordinates marked `free`.
+
+    V = H^-1 (sum_c g_c g_c') H^-1 with the scores g_c summed over the lanes of cluster c, each corrected for
+    its own leverage as (I - H_c H^-1)^(-1/2) (the CR2 estimator; Bell, McCaffrey, Survey Methodology 28
+    (2002) 169); degrees of freedom by Satterthwaite, from how unevenly the clusters carry each coordinate.
+    """
+    p = len(free)
+    reduced = reduce(solution.linear, p)
+    index = np.flatnonzero(free)
+    groups, member = np.unique(clusters, return_inverse=True)
+    gradient = _summed(reduced.gradient[:, index] * solution.weights[:, None], member, len(groups))
+    curvature = _summed(
+        reduced.curvature[np.ix_(range(len(member)), index, index)] * solution.weights[:, None, None],
+        member,
+        len(groups),
+    )
+    total = curvature.sum(0) + np.diag(prior_curvature[index])
+    root = np.linalg.cholesky(_regular(total))
+    inverse_root = np.linalg.inv(root)
+    leverage = inverse_root @ curvature @ inverse_root.T
+    value, vector = np.linalg.eigh(0.5 * (leverage + leverage.transpose(0, 2, 1)))
+    correction = vector * np.clip(1 - value, 0.05, 1.0)[:, None, :] ** -0.5 @ vector.transpose(0, 2, 1)
+    score = np.einsum("cij,cj->ci", correction, gradient @ inverse_root.T)
+    meat = inverse_root.T @ (score.T @ score) @ inverse_root
+    model = inverse_root.T @ inverse_root
+    carried = np.einsum("ij,cjk,ki->ci", model, curvature, model)
+    dof = carried.sum(0) ** 2 / np.sum(carried**2, axis=0)
+    return Spread(_embed(meat, index, p), _embed_vector(dof, index, p), _embed(model, index, p))
+
+
+def _summed(values: np.ndarray, member: np.ndarray, groups: int) -> np.ndarray:
+    out = np.zeros((groups, *values.shape[1:]))
+    np.add.at(out, member, values)
+    return out
+
+
+def _regular(matrix: np.ndarray) -> np.ndarray:
+    """The matrix with directions that the data do not see held by a vanishing ridge."""
+    return matrix + np.diag(1e-12 * np.diag(matrix) + 1e-30)
+
+
+def _embed(block: np.ndarray, index: np.ndarray, size: int) -> np.ndarray:
+    out = np.zeros((size, size))
+    out[np.ix_(index, index)] = block
+    return out
+
+
+def _embed_vector(block: np.ndarray, index: np.ndarray, size: int) -> np.ndarray:
+    out = np.full(size, np.inf)
+    out[index] = block
+    return out
+
+

@@ -1,0 +1,1 @@
+"""Stick-slip of a base-excited friction oscillator: physics, simulation and records."""

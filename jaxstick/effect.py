@@ -1,0 +1,38 @@
+"""What an effect is: a candidate explanation that can be attached to an oscillator."""
+
+from __future__ import annotations
+
+import abc
+import dataclasses
+
+import equinox as eqx
+
+from jaxstick.oscillator import Oscillator
+
+
+@dataclasses.dataclass(frozen=True)
+class Card:
+    """An effect in an engineer's words: title, symptom in the records, explanation, remedy on the rig, source."""
+
+    title: str
+    family: str
+    symptom: str
+    explanation: str
+    remedy: str
+    source: str
+
+
+class AbstractEffect(eqx.Module):
+    """A physical or measuring effect that the nominal oscillator lacks.
+
+    Its first parameter is its strength; at the strength's null value the effect changes nothing, so that
+    every hypothesis contains the nominal model. Further parameters give its shape and mean nothing at null.
+    """
+
+    card: eqx.AbstractClassVar[Card]
+
+    @abc.abstractmethod
+    def attach(self, oscillator: Oscillator) -> Oscillator:
+        """The oscillator with the part that this effect concerns wrapped."""
+
+

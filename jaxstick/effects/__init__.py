@@ -1,0 +1,1 @@
+"""The shelf: one candidate effect per file, found by listing this folder."""

@@ -1,0 +1,60 @@
+"""Friction that differs between the two directions of sliding."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, ClassVar
+
+from jaxtyping import Array, Float
+
+from jaxstick.effect import AbstractEffect, Card
+from jaxstick.oscillator import Oscillator
+from jaxstick.parameter import parameter
+from jaxstick.parts.friction import AbstractFriction
+from jaxstick.parts.motion import Motion, Scalar
+
+
+class AsymmetricFriction(AbstractEffect):
+    """Multiplies the law by 1 + dry s in its dry part and by 1 + viscous s in its viscous part, s = sign(v)."""
+
+    card: ClassVar[Card] = Card(
+        title="Friction differs between the directions",
+        family="friction",
+        symptom="The plateaus of the friction force differ between forward and backward sliding, following "
+        "the law's own dependence on speed.",
+        explanation=(
+            "The surfaces or the guide resist more in one direction than in the other: worn asperities lean, "
+            "a seal or a leaf spring is preloaded one way, a screw drive differs between pushing and pulling."
+        ),
+        remedy="Turn the slider by 180 degrees: the asymmetry turns with it if the surfaces cause it.",
+        source="Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083.",
+    )
+    dry: Float[Array, ""] | float = parameter(
+        "1", "relative difference of dry friction", lower=-0.9, upper=0.9, null=0.0, default=0.0
+    )
+    viscous: Float[Array, ""] | float = parameter(
+        "1", "relative difference of viscous friction", lower=-0.9, upper=0.9, null=0.0, default=0.0
+    )
+
+    def attach(self, oscillator: Oscillator) -> Oscillator:
+        return dataclasses.replace(
+            oscillator, friction=_DirectedFriction(oscillator.friction, self.dry, self.viscous)
+        )
+
+
+class _DirectedFriction(AbstractFriction):
+    inner: AbstractFriction
+    dry: Scalar
+    slope: Scalar
+
+    def initial(self) -> Any:
+        return self.inner.initial()
+
+    def advance(self, state: Any, motion: Motion, step: Scalar) -> Any:
+        return self.inner.advance(state, motion, step)
+
+    def limit(self, state: Any, motion: Motion) -> Scalar:
+        return self.inner.limit(state, motion) * (1 + self.dry * motion.direction)
+
+    def viscous(self, state: Any, motion: Motion) -> Scalar:
+        return self.inner.viscous(state, motion) * (1 + self.slope * motion.direction)

@@ -1,0 +1,1 @@
+"""Files to arrays and back: units, CSV tables, time axes, channels, rig.toml."""

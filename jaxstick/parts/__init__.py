@@ -1,0 +1,1 @@
+"""The replaceable parts of an oscillator: rig, guide, drive, friction, contact, instrument."""

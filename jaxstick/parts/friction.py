@@ -1,0 +1,44 @@
+"""Laws of friction in slip."""
+
+from __future__ import annotations
+
+import abc
+from typing import Any
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxstick.parameter import parameter
+from jaxstick.parts.motion import Motion, Scalar
+from jaxstick.parts.part import AbstractPart
+
+
+class AbstractFriction(AbstractPart):
+    """The friction force in slip, -direction (limit + viscous |slide_rate|)."""
+
+    @abc.abstractmethod
+    def limit(self, state: Any, motion: Motion) -> Scalar:
+        """The largest force the contact carries before it yields, at this motion [N]."""
+
+    @abc.abstractmethod
+    def viscous(self, state: Any, motion: Motion) -> Scalar:
+        """The slope of the part of the force that grows with the sliding velocity [N s/m]."""
+
+
+class ExponentialFriction(AbstractFriction):
+    """F = -sign(v) [A exp(-B |v|) + C + D |v|], equation (2) of the 1987 paper.
+
+    A + C is the static friction force, C its dynamic asymptote, B how fast it weakens with speed and D the
+    viscous slope. They are forces, not coefficients of friction.
+    """
+
+    A: Float[Array, ""] | float = parameter("N", "weakening: static less dynamic friction", lower=0.0, null=0.0)
+    B: Float[Array, ""] | float = parameter("s/m", "decay of the weakening with speed", lower=0.0)
+    C: Float[Array, ""] | float = parameter("N", "dynamic friction", lower=0.0, null=0.0)
+    D: Float[Array, ""] | float = parameter("N s/m", "viscous slope", lower=0.0, null=0.0)
+
+    def limit(self, state: Any, motion: Motion) -> Scalar:
+        return self.A * jnp.exp(-self.B * jnp.abs(motion.slide_rate)) + self.C
+
+    def viscous(self, state: Any, motion: Motion) -> Scalar:
+        return self.D
