@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from fitting.lanes import Lanes, Misfit
 from fitting.newton import settle, unstick
+from fitting.problem import Problem
 from fitting.progress import Progress
 from fitting.result import FreeRun, Gap, Trace
 from fitting.segments import Segment, cut, lay_out
 from fitting.signals import Signals
-from jaxstick.record import KnownRig
+from fitting.stage import Stage
 
 
 @dataclasses.dataclass(frozen=True)
@@ -26,25 +26,17 @@ class Account:
     traces: tuple[Trace, ...]
 
 
-def account_for(
-    signals: Sequence[Signals],
-    rig: KnownRig,
-    misfit: Misfit,
-    coordinates: np.ndarray,
-    *,
-    length: float | None,
-    force_scale: float,
-    substeps: int,
-    progress: Progress,
-) -> Account:
+def account_for(problem: Problem, last: Stage, coordinates: np.ndarray, progress: Progress) -> Account:
     """The account of every run, held out or not, at these coordinates of the unknowns.
 
-    Segments of `length` seconds (whole runs where None) get the starts that suit them best; the free run of
-    a record begins as its first segment does and never looks at the record again.
+    Segments as long as those of the last stage get the starts that suit them best; the free run of a record
+    begins as its first segment does and never looks at the record again.
     """
     progress.stage("free runs", 2)
-    segments = cut(signals, length)
-    lanes = lay_out(signals, segments, rig, force_scale, substeps)
+    signals, rig, misfit = problem.signals, problem.dataset.rig, last.misfit
+    force, substeps = problem.scale.force, last.lanes.substeps
+    segments = cut(signals, last.length)
+    lanes = lay_out(signals, segments, rig, force, substeps)
     starts, cost = settle(misfit, lanes, coordinates, np.asarray(lanes.start))
     freed = unstick(misfit, lanes, coordinates, starts, cost)
     if freed is not None:
@@ -54,8 +46,11 @@ def account_for(
     pieces = _predict(misfit, lanes, coordinates, starts)
     progress.advance("segments")
     whole = [Segment(number, 0, len(signal.run.time)) for number, signal in enumerate(signals)]
-    records = lay_out(signals, whole, rig, force_scale, substeps)
-    first = [next(i for i, segment in enumerate(segments) if segment.run == number) for number in range(len(signals))]
+    records = lay_out(signals, whole, rig, force, substeps)
+    first = [
+        next(i for i, segment in enumerate(segments) if segment.run == number)
+        for number in range(len(signals))
+    ]
     free = _predict(misfit, records, coordinates, starts[first])
     progress.advance("records")
 
@@ -64,7 +59,8 @@ def account_for(
         mine = [i for i, segment in enumerate(segments) if segment.run == number]
         samples = len(signal.run.time)
         joined = [
-            np.concatenate([channel[i, : segments[i].last - segments[i].first] for i in mine]) for channel in pieces
+            np.concatenate([channel[i, : segments[i].last - segments[i].first] for i in mine])
+            for channel in pieces
         ]
         traces.append(
             Trace(

@@ -59,7 +59,8 @@ def interval(
         return Interval(at - reach, at + reach, deviation, "covariance")
     threshold = float(chosen.quantile()[index]) ** 2 * float(max(chosen.inflation()[index], 1e-12))
     ends = [
-        _crossing(misfit, lanes, solution, robust, index, bound, reach, threshold, progress) for bound in bounds
+        _crossing(misfit, lanes, solution, robust, index, bound, reach, threshold, progress)
+        for bound in bounds
     ]
     return Interval(ends[0], ends[1], deviation, "profile")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
@@ -17,7 +18,7 @@ from jaxstick.oscillator import Start
 from jaxstick.parameter import find, replace
 from jaxstick.parts.drive import RecordedDrive
 from jaxstick.simulate import Grid, march
-from fitting.unknowns import Unknowns
+from fitting.unknowns import Chart, Unknowns
 
 LARGEST_PACK = 512
 
@@ -97,51 +98,45 @@ class Linearisation(NamedTuple):
 class Misfit:
     """Residuals of lanes under a hypothesis, linearised lane by lane in one compiled program.
 
-    Lanes go through the program in packs of fixed size, several packs at a time on the machine's cores, so
-    that one compilation serves any number of lanes and starts.
+    Lanes go through the program in packs of one size, several packs at a time on the machine's cores, so
+    that one compilation serves any number of lanes, starts and data sets.
     """
 
     def __init__(self, hypothesis: Hypothesis, unknowns: Unknowns, *, lanes: int, workers: int):
         """`lanes` is the number that will mostly be asked for: packs are cut so that they share the cores."""
-        self.hypothesis = hypothesis
         self.unknowns = unknowns
+        self._hypothesis = jax.tree.map(np.asarray, hypothesis)
+        self._chart = unknowns.chart()
         self._workers = workers
         rounds = -(-lanes // (workers * LARGEST_PACK))
         self._pack = -(-lanes // (workers * rounds))
-        self._linearise = jax.jit(self._linearise_pack)
-        self._predict = jax.jit(self._predict_pack)
 
     def linearise(self, lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray) -> Linearisation:
         """Cost, gradient and curvature of every lane; `coordinates` (lanes, unknowns), `starts` (lanes, 3)."""
-        return Linearisation(*self._in_packs(self._linearise, lanes, coordinates, starts))
+        return Linearisation(*self._in_packs(_linearise, lanes, coordinates, starts))
 
     def predict(
         self, lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Predicted displacement and friction of every lane, each (lanes, samples)."""
-        displacement, friction = self._in_packs(self._predict, lanes, coordinates, starts)
+        displacement, friction = self._in_packs(_predict, lanes, coordinates, starts)
         return displacement, friction
 
-    def _linearise_pack(self, lanes: Lanes, coordinates: Array, starts: Array) -> tuple[Array, Array, Array]:
-        n = len(self.unknowns)
+    def scores(
+        self, lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray, blocks: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """J'r and J'J of the unknowns, the starts eliminated, summed over each of `blocks` equal blocks of
+        samples of every lane: (lanes blocks, p) and (lanes blocks, p, p)."""
+        each = np.broadcast_to(coordinates, (len(lanes), len(coordinates)))
+        program = functools.partial(_scores, blocks=blocks)
+        score, curvature = self._in_packs(program, lanes, each, starts)
+        p = len(coordinates)
+        return score.reshape(-1, p), curvature.reshape(-1, p, p)
 
-        def residual(point: Array, lane: Lanes) -> tuple[Array, Array]:
-            hypothesis = self.unknowns.insert(self.hypothesis, point[:n])
-            value = lane_residual(hypothesis, lane, point[n:])
-            return value, value
-
-        def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array, Array]:
-            point = jnp.concatenate([coordinates, start])
-            jacobian, value = jax.jacfwd(residual, has_aux=True)(point, lane)
-            return value @ value, value @ jacobian, jacobian.T @ jacobian
-
-        return jax.vmap(one)(lanes, coordinates, starts)
-
-    def _predict_pack(self, lanes: Lanes, coordinates: Array, starts: Array) -> tuple[Array, Array]:
-        def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array]:
-            return lane_prediction(self.unknowns.insert(self.hypothesis, coordinates), lane, start)
-
-        return jax.vmap(one)(lanes, coordinates, starts)
+    def hypothesis(self, coordinates: np.ndarray) -> Hypothesis:
+        """The hypothesis with the unknowns at these coordinates."""
+        with jax.enable_x64(True):
+            return jax.tree.map(np.asarray, self._chart.insert(self._hypothesis, jnp.asarray(coordinates)))
 
     def _in_packs(self, program: Callable[..., Any], lanes: Lanes, *arrays: np.ndarray) -> list[np.ndarray]:
         count = len(lanes)
@@ -150,9 +145,64 @@ class Misfit:
         def run(first: int) -> tuple[np.ndarray, ...]:
             index = np.minimum(np.arange(first, first + pack), count - 1)
             with jax.enable_x64(True):
-                out = program(lanes.take(index), *(array[index] for array in arrays))
+                out = program(
+                    self._hypothesis, self._chart, lanes.take(index), *(array[index] for array in arrays)
+                )
             return tuple(np.asarray(leaf)[: count - first] for leaf in out)
 
         with ThreadPoolExecutor(self._workers) as pool:
             packs = list(pool.map(run, range(0, count, pack)))
         return [np.concatenate(parts) for parts in zip(*packs, strict=True)]
+
+
+def _jacobian(
+    hypothesis: Hypothesis, chart: Chart, lane: Lanes, coordinates: Array, start: Array
+) -> tuple[Array, Array]:
+    """Derivative of a lane's residuals with respect to unknowns and start, and the residuals."""
+    n = len(chart.names)
+
+    def residual(point: Array) -> tuple[Array, Array]:
+        value = lane_residual(chart.insert(hypothesis, point[:n]), lane, point[n:])
+        return value, value
+
+    return jax.jacfwd(residual, has_aux=True)(jnp.concatenate([coordinates, start]))
+
+
+@jax.jit
+def _linearise(
+    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array
+) -> tuple[Array, Array, Array]:
+    def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array, Array]:
+        jacobian, value = _jacobian(hypothesis, chart, lane, coordinates, start)
+        return value @ value, value @ jacobian, jacobian.T @ jacobian
+
+    return jax.vmap(one)(lanes, coordinates, starts)
+
+
+@functools.partial(jax.jit, static_argnames="blocks")
+def _scores(
+    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array, *, blocks: int
+) -> tuple[Array, Array]:
+    n = len(chart.names)
+    samples = lanes.displacement.shape[-1]
+    member = jnp.arange(samples) * blocks // samples
+    member = jnp.concatenate([member, member, jnp.zeros(3, member.dtype)])
+
+    def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array]:
+        jacobian, value = _jacobian(hypothesis, chart, lane, coordinates, start)
+        own, of_start = jacobian[:, :n], jacobian[:, n:]
+        own = own - of_start @ jnp.linalg.solve(of_start.T @ of_start, of_start.T @ own)
+        score = jax.ops.segment_sum(own * value[:, None], member, blocks)
+        return score, jax.ops.segment_sum(own[:, :, None] * own[:, None, :], member, blocks)
+
+    return jax.vmap(one)(lanes, coordinates, starts)
+
+
+@jax.jit
+def _predict(
+    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array
+) -> tuple[Array, Array]:
+    def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array]:
+        return lane_prediction(chart.insert(hypothesis, coordinates), lane, start)
+
+    return jax.vmap(one)(lanes, coordinates, starts)

@@ -88,8 +88,8 @@ def solve(
     *,
     fixed: np.ndarray | None = None,
     robust: Robust | None = None,
-    iterations: int = 40,
-    tolerance: float = 1e-5,
+    iterations: int = 100,
+    tolerance: float = 1e-3,
     progress: Callable[[float], None] = lambda cost: None,
 ) -> Solution:
     """Minimises the (robust) sum of squares over unknowns within their bounds and over all starts.

@@ -43,7 +43,9 @@ def read_signals(run: Run, noise: Noise) -> Signals:
     base, force = excitation(run, run.time)
     window = _window(natural_period(run.rig) or 100 * dt, dt, len(run.time))
     velocity = savgol_filter(run.displacement, window, 2, deriv=1, delta=dt)
-    velocity_deviation = displacement_noise * math.sqrt(np.sum(savgol_coeffs(window, 2, deriv=1, delta=dt) ** 2))
+    velocity_deviation = displacement_noise * math.sqrt(
+        np.sum(savgol_coeffs(window, 2, deriv=1, delta=dt) ** 2)
+    )
     if run.friction is not None and friction_noise is not None:
         friction, friction_deviation = run.friction, friction_noise
     else:

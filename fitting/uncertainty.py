@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 from scipy.stats import t as student
 
-from fitting.newton import Solution, reduce
+from fitting.newton import Solution
+from fitting.stage import Stage
 
 LEVEL = 0.95
 
@@ -35,37 +36,33 @@ class Spread:
         return np.where(model > 0, np.diag(self.covariance) / np.where(model > 0, model, 1.0), 1.0)
 
 
-def spread(
-    solution: Solution, clusters: np.ndarray, free: np.ndarray, prior_curvature: np.ndarray
-) -> Spread:
+def spread(stage: Stage, solution: Solution, free: np.ndarray) -> Spread:
     """Cluster-robust covariance of the coordinates marked `free`.
 
-    V = H^-1 (sum_c g_c g_c') H^-1 with the scores g_c summed over the lanes of cluster c, each corrected for
+    V = H^-1 (sum_c g_c g_c') H^-1 with the scores g_c summed over the blocks of cluster c, each corrected for
     its own leverage as (I - H_c H^-1)^(-1/2) (the CR2 estimator; Bell, McCaffrey, Survey Methodology 28
     (2002) 169); degrees of freedom by Satterthwaite, from how unevenly the clusters carry each coordinate.
     """
     p = len(free)
-    reduced = reduce(solution.linear, p)
     index = np.flatnonzero(free)
-    groups, member = np.unique(clusters, return_inverse=True)
-    gradient = _summed(reduced.gradient[:, index] * solution.weights[:, None], member, len(groups))
-    curvature = _summed(
-        reduced.curvature[np.ix_(range(len(member)), index, index)] * solution.weights[:, None, None],
-        member,
-        len(groups),
-    )
-    total = curvature.sum(0) + np.diag(prior_curvature[index])
-    root = np.linalg.cholesky(_regular(total))
+    scores, curvatures = stage.misfit.scores(stage.lanes, solution.coordinates, solution.starts, stage.blocks)
+    groups, member = np.unique(stage.clusters.reshape(-1), return_inverse=True)
+    weights = np.repeat(solution.weights, stage.blocks)
+    score = _summed(scores[:, index] * weights[:, None], member, len(groups))
+    curvature = _summed(curvatures[:, index][:, :, index] * weights[:, None, None], member, len(groups))
+    prior = stage.misfit.unknowns.prior(solution.coordinates)[2][index]
+    root = np.linalg.cholesky(_regular(curvature.sum(0) + np.diag(prior)))
     inverse_root = np.linalg.inv(root)
     leverage = inverse_root @ curvature @ inverse_root.T
     value, vector = np.linalg.eigh(0.5 * (leverage + leverage.transpose(0, 2, 1)))
     correction = vector * np.clip(1 - value, 0.05, 1.0)[:, None, :] ** -0.5 @ vector.transpose(0, 2, 1)
-    score = np.einsum("cij,cj->ci", correction, gradient @ inverse_root.T)
-    meat = inverse_root.T @ (score.T @ score) @ inverse_root
+    corrected = np.einsum("cij,cj->ci", correction, score @ inverse_root.T)
+    covariance = inverse_root.T @ (corrected.T @ corrected) @ inverse_root
     model = inverse_root.T @ inverse_root
     carried = np.einsum("ij,cjk,ki->ci", model, curvature, model)
-    dof = carried.sum(0) ** 2 / np.sum(carried**2, axis=0)
-    return Spread(_embed(meat, index, p), _embed_vector(dof, index, p), _embed(model, index, p))
+    power = np.sum(carried**2, axis=0)
+    dof = np.where(power > 0, carried.sum(0) ** 2 / np.where(power > 0, power, 1.0), 1.0)
+    return Spread(_embed(covariance, index, p), _embed_vector(dof, index, p), _embed(model, index, p))
 
 
 def _summed(values: np.ndarray, member: np.ndarray, groups: int) -> np.ndarray:
@@ -89,5 +86,3 @@ def _embed_vector(block: np.ndarray, index: np.ndarray, size: int) -> np.ndarray
     out = np.full(size, np.inf)
     out[index] = block
     return out
-
-

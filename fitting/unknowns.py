@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, Literal
 
-import jax
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 from scipy.special import expit, logit
 
 from jaxstick.parameter import replace
@@ -34,9 +35,24 @@ class Unknown:
         return np.log(value) if self.kind == "log" else np.asarray(value) / self.scale
 
     def to_value(self, coordinate: Any) -> Any:
-        if self.kind == "linear":
-            return coordinate * self.scale
-        return jnp.exp(coordinate) if isinstance(coordinate, jax.Array) else np.exp(coordinate)
+        return np.exp(coordinate) if self.kind == "log" else coordinate * self.scale
+
+
+class Chart(eqx.Module):
+    """The way from coordinates to a hypothesis, traceable; bounds and priors are not part of it, so that one
+    compiled program serves data sets of every size."""
+
+    names: tuple[str, ...] = eqx.field(static=True)
+    logarithmic: tuple[bool, ...] = eqx.field(static=True)
+    scale: Float[Array, " unknowns"] | np.ndarray
+
+    def insert(self, hypothesis: Any, coordinates: Array) -> Any:
+        """The hypothesis with its free parameters at these coordinates."""
+        values = {
+            name: jnp.exp(coordinates[i]) if logarithmic else coordinates[i] * self.scale[i]
+            for i, (name, logarithmic) in enumerate(zip(self.names, self.logarithmic, strict=True))
+        }
+        return replace(hypothesis, values)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -78,12 +94,13 @@ class Unknowns:
             for unknown, coordinate in zip(self.members, coordinates, strict=True)
         }
 
-    def insert(self, hypothesis: Any, coordinates: Any) -> Any:
-        """The hypothesis with the free parameters at these coordinates (traceable)."""
-        values = {
-            unknown.name: unknown.to_value(coordinates[index]) for index, unknown in enumerate(self.members)
-        }
-        return replace(hypothesis, values)
+    def chart(self) -> Chart:
+        """What a compiled program needs to know of the unknowns."""
+        return Chart(
+            self.names,
+            tuple(unknown.kind == "log" for unknown in self.members),
+            np.array([unknown.scale for unknown in self.members]),
+        )
 
     def to_unbounded(self, coordinates: np.ndarray) -> np.ndarray:
         """Coordinates stretched so that the bounds lie at infinity (a logit), for descent without bounds."""

@@ -215,11 +215,7 @@ def _missing(dataset: DataSet, runs: tuple[RunFacts, ...]) -> Iterator[Finding]:
             "no run is held out: a finding is judged on stretches of the records it comes from; hold_out = "
             "true keeps a run for judging.",
         )
-    unknown = [
-        name
-        for name in _CONSTANTS
-        if any(getattr(run.assumed, name) is None for run in dataset.runs)
-    ]
+    unknown = [name for name in _CONSTANTS if any(getattr(run.assumed, name) is None for run in dataset.runs)]
     if unknown:
         yield Finding(
             "missing",

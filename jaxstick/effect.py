@@ -34,5 +34,3 @@ class AbstractEffect(eqx.Module):
     @abc.abstractmethod
     def attach(self, oscillator: Oscillator) -> Oscillator:
         """The oscillator with the part that this effect concerns wrapped."""
-
-

@@ -15,6 +15,7 @@ samples correlate by 0.6; `lag1` tells.
 """
 
 from dataclasses import dataclass
+from functools import cache
 from math import comb, sqrt
 
 import numpy as np
@@ -25,15 +26,15 @@ from jaxstick.record import CHANNEL_NAMES, DataSet, Noise
 ORDERS = range(2, 11)
 """Orders of difference that are tried."""
 
-COLOURED = 0.25
+COLOURED = 0.5
 """Noise whose neighbouring samples correlate by more than this is not white."""
 
 RELATIVE_FLOOR = 1e-6
 """Where nothing is stated, no channel counts as cleaner than this fraction of its half range."""
 
 _MEDIAN_TO_SD = 0.6744897501960817
-_WINDOW, _DEGREE = 24, 7
-_CORRELATIONS = np.linspace(-0.95, 0.98, 194)
+_WINDOW, _DEGREE, _FEWEST_WINDOWS = 24, 7, 8
+_CORRELATIONS = np.linspace(-0.9, 0.9, 37)
 
 
 @dataclass(frozen=True)
@@ -146,27 +147,37 @@ def _lag1(signal: NDArray[np.float64]) -> float | None:
 
     The record is cut into windows, each freed of its best polynomial; the quieter quarter of them, where
     neither a corner nor fast motion is left, yields the correlation of neighbouring remainders. What the
-    polynomial does to that of AR(1) noise is known, and is undone. Choosing quiet windows favours weak
-    correlations: measured on noise of 0.8, the result is 0.3 to 0.6.
+    polynomial and the choice of quiet windows make of AR(1) noise is known, and is undone.
     """
+    free, expected = _window_statistics()
     windows = len(signal) // _WINDOW
-    quietest = max(windows // 4, 8)
-    if windows < quietest:
+    rest = (signal - signal[0])[: windows * _WINDOW].reshape(windows, _WINDOW) @ free
+    # A window in which the digitiser never moved says nothing.
+    rest = rest[rest.any(axis=1)]
+    if len(rest) < _FEWEST_WINDOWS:
         return None
-    free = _without_polynomial()
-    rest = signal[: windows * _WINDOW].reshape(windows, _WINDOW) @ free
-    rest = rest[np.argsort((rest**2).sum(axis=1))[:quietest]]
-    power = (rest**2).sum()
-    if power == 0:
-        return 0.0
-    lags = np.abs(np.subtract.outer(np.arange(_WINDOW), np.arange(_WINDOW)))
-    covariances = [free @ correlation**lags @ free for correlation in _CORRELATIONS]
-    expected = [np.trace(covariance, 1) / np.trace(covariance) for covariance in covariances]
-    return float(np.interp((rest[:, 1:] * rest[:, :-1]).sum() / power, expected, _CORRELATIONS))
+    return float(np.interp(_quiet_correlation(rest), expected, _CORRELATIONS))
 
 
-def _without_polynomial() -> NDArray[np.float64]:
-    """The projection, (window, window), that takes a window's best polynomial off it."""
+def _quiet_correlation(rest: NDArray[np.float64]) -> float:
+    """Products of neighbours over squares in the quieter quarter of the windows; rest: (windows, window)."""
+    power = (rest**2).sum(axis=1)
+    quiet = np.argsort(power)[: max(len(rest) // 4, _FEWEST_WINDOWS)]
+    return float((rest[quiet, 1:] * rest[quiet, :-1]).sum() / power[quiet].sum())
+
+
+@cache
+def _window_statistics() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What takes a window's best polynomial off it, and `_quiet_correlation` of noise of each of
+    _CORRELATIONS.
+
+    The projection, (window, window), and a non-decreasing curve, measured on 1500 windows of made-up noise.
+    """
     basis = np.polynomial.legendre.legvander(np.linspace(-1, 1, _WINDOW), _DEGREE)
     orthonormal = np.linalg.qr(basis)[0]
-    return np.eye(_WINDOW) - orthonormal @ orthonormal.T
+    free = np.eye(_WINDOW) - orthonormal @ orthonormal.T
+    lags = np.abs(np.subtract.outer(np.arange(_WINDOW), np.arange(_WINDOW)))
+    white = np.random.default_rng(0).normal(size=(1500, _WINDOW))
+    shapes = (np.linalg.cholesky(correlation**lags) for correlation in _CORRELATIONS)
+    curve = [_quiet_correlation(white @ shape.T @ free) for shape in shapes]
+    return free, np.maximum.accumulate(curve)

@@ -97,7 +97,9 @@ class Oscillator(eqx.Module):
         """
         del args
         if not isinstance(self.contact, AbstractFlowingContact):
-            raise TypeError(f"{type(self.contact).__name__} has no vector field; integrate it with ReturnMapping")
+            raise TypeError(
+                f"{type(self.contact).__name__} has no vector field; integrate it with ReturnMapping"
+            )
         motion = self.motion(t, self.drive.at(t), flow.x, flow.v, 0.0)
         traction = self.traction(self.friction.initial(), motion)
         friction = self.contact.friction(flow.deflection, motion.slide_rate, traction)

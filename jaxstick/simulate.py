@@ -77,7 +77,9 @@ def march(oscillator: Oscillator, start: Start, grid: Grid, unroll: int = 1) -> 
     return Trajectory(origin + grid.interval * jnp.arange(grid.samples), *seen)
 
 
-def _see(oscillator: Oscillator, t: Scalar, state: Any, acceleration: Any, excitation: Any) -> tuple[Any, ...]:
+def _see(
+    oscillator: Oscillator, t: Scalar, state: Any, acceleration: Any, excitation: Any
+) -> tuple[Any, ...]:
     motion = oscillator.motion(t, excitation, state.x, state.v, acceleration)
     reading = oscillator.instrument.read(state.instrument, motion, state.friction)
     return state.x, state.v, state.friction, reading.displacement, reading.friction

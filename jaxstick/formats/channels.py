@@ -118,6 +118,11 @@ class _Header:
         )
 
     def _missing(self, quantity: str, names: Sequence[str]) -> str:
-        allowed = listed(spelled(quantity, unit) for unit in CHANNELS[quantity])
+        allowed = [spelled(quantity, unit) for unit in CHANNELS[quantity]]
+        for name in names:
+            if hint := did_you_mean(name, allowed, f" for {shown(name)}"):
+                return f"{self.path}: there is no column {listed(allowed)}{hint}."
         present = ", ".join(shown(name) for name in names[:12])
-        return f"{self.path}: there is no column {allowed} among {present}{'...' if len(names) > 12 else ''}."
+        return (
+            f"{self.path}: there is no column {listed(allowed)} among {present}{'...' if names[12:] else ''}."
+        )

@@ -8,7 +8,10 @@ from typing import BinaryIO, NamedTuple
 from jaxstick.errors import UserError
 
 BLOCK_BYTES = 1 << 21
-"""Text is decoded in blocks of about this size; no line may be longer."""
+"""Text is decoded in blocks of about this size."""
+
+MAX_LINE_BYTES = 1 << 20
+"""A longer line is refused: what has one is no table."""
 
 
 class Line(NamedTuple):
@@ -28,7 +31,7 @@ def line_blocks(stream: BinaryIO, path: Path, seen: Callable[[bytes], object]) -
         seen: is handed every byte read, in order.
 
     Raises:
-        UserError: for a binary file, for text that is not UTF-8, and for a line longer than BLOCK_BYTES.
+        UserError: for a binary file, for text that is not UTF-8, and for a line longer than MAX_LINE_BYTES.
     """
     number, rest = 1, b""
     first = True
@@ -44,8 +47,8 @@ def line_blocks(stream: BinaryIO, path: Path, seen: Callable[[bytes], object]) -
         data = rest + read
         # A carriage return at the very end may be the first half of a Windows line end.
         end = max(data.rfind(b"\n"), data.rfind(b"\r", 0, -1)) + 1
-        if end == 0 and len(data) > BLOCK_BYTES:
-            raise UserError(f"{path}, line {number}: the line is longer than {BLOCK_BYTES} bytes.")
+        if len(data) - end > MAX_LINE_BYTES:
+            raise UserError(f"{path}, line {number}: the line is longer than {MAX_LINE_BYTES} bytes.")
         texts = _decoded(data[:end], path, number)
         yield [Line(number + i, text) for i, text in enumerate(texts[:-1])]
         number += len(texts) - 1

@@ -189,7 +189,7 @@ def _check_friction(record: Channels, stated: Stated) -> None:
         return
     centred = friction - friction.mean()
     alignment = float(np.dot(centred, sliding) / np.sqrt(np.dot(centred, centred) * np.dot(sliding, sliding)))
-    if alignment > SIGN_CORRELATION:
+    if alignment > max(SIGN_CORRELATION, 4 / np.sqrt(len(sliding))):
         raise UserError(
             f"{where}: the friction pushes along with the motion (correlation with the velocity "
             f"{alignment:.2f}); it is the force on the mass and opposes its motion, so the sign of the "

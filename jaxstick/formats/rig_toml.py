@@ -220,8 +220,8 @@ class _Reader:
         for name, override in overrides.items():
             if not isinstance(override, dict):
                 raise UserError(
-                    f"{self.where('run', name)} is {_kind(override)}; expected is a table like {{ C_n = 3.1 "
-                    "}}."
+                    f"{self.where('run', name)} is {_kind(override)}; a table like {{ C_n = 3.1 }} is "
+                    "expected."
                 )
         return RunTable(
             values.pop("file", default_file),

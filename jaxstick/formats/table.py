@@ -8,6 +8,7 @@ only a few MB are held.
 import csv
 import hashlib
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,9 @@ from jaxstick.formats.words import shown
 
 MAX_BYTES = 512_000_000
 """Larger files are refused from their size alone."""
+
+CUT_OFF = 0.9
+"""A last line without a line end is cut off if more than this share of the rows end in a longer cell."""
 
 SEPARATORS = (";", "\t", ",")
 
@@ -84,7 +88,7 @@ class _Rows:
         self.pieces: dict[str, list[Numbers]] = {key: [] for key in self.chosen}
         self.numbers: list[NDArray[np.int64]] = []
         self._decimal_marks: set[str] = set()
-        self._shortest_end = math.inf
+        self._end_lengths: Counter[int] = Counter()
 
     def take(self, lines: list[Line]) -> None:
         """Reads some lines; those that hold nothing but separators are skipped."""
@@ -122,10 +126,11 @@ class _Rows:
         raise UserError(f"{where}: the row has {found} cells where the header has {width}{hint}.")
 
     def _check_end(self, line: Line, cells: list[str]) -> None:
-        """Refuses a file that ends without a line end in a cell shorter than all above it: it was cut off."""
+        """Refuses a file that stops, without a line end, in a cell shorter than nearly all above it."""
         ending = math.inf if line.ended else len(cells.pop())
-        self._shortest_end = min([self._shortest_end, *map(len, cells)])
-        if ending < self._shortest_end < math.inf and len(self.names) - 1 in self.chosen.values():
+        self._end_lengths.update(map(len, cells))
+        longer = sum(count for length, count in self._end_lengths.items() if length > ending)
+        if longer > CUT_OFF * self._end_lengths.total() and len(self.names) - 1 in self.chosen.values():
             raise UserError(
                 f"{self.path}, line {line.number}: the file seems cut off inside its last number; if it is "
                 "whole, end the line."

@@ -10,11 +10,14 @@ def shown(text: object, limit: int = 40) -> str:
     return repr(plain if len(plain) <= limit else plain[: limit - 3] + "...")
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """' (did you mean X?)' for the known word nearest to `word`, or an empty string if none is near."""
+def did_you_mean(word: str, known: Iterable[str], after: str = "") -> str:
+    """' (did you mean X?)' for the known word nearest to `word`, or an empty string if none is near.
+
+    after: what follows X inside the question.
+    """
     spelt = {name.lower(): name for name in known}
-    near = difflib.get_close_matches(word.lower(), list(spelt), n=1, cutoff=0.7)
-    return f" (did you mean {spelt[near[0]]}?)" if near else ""
+    near = difflib.get_close_matches(word.lower(), list(spelt), n=1, cutoff=0.75)
+    return f" (did you mean {spelt[near[0]]}{after}?)" if near else ""
 
 
 def listed(words: Iterable[str]) -> str:

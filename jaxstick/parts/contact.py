@@ -222,7 +222,9 @@ class PaperContact(AbstractContact):
         breakaway = jnp.where(before == 0, jnp.inf, (static - opening) / winding)
         breaks = breakaway < h
         held = jnp.where(breaks, jnp.clip(breakaway / h, 0.0, 1.0), 1.0)
-        mean_stuck = held * (-self.k1) * jnp.where(breaks, (opening + static) / 2, wound) + (1 - held) * slipping
+        mean_stuck = (
+            held * (-self.k1) * jnp.where(breaks, (opening + static) / 2, wound) + (1 - held) * slipping
+        )
 
         # Slipping when the window opens: the mass is slowed by the full law and may come to rest.
         change = h * (passage.acceleration + slipping / passage.inertia)
@@ -287,7 +289,11 @@ class SmoothContact(AbstractFlowingContact):
         self, start: Scalar, slide: Scalar, at: Scalar, slide_rate: Scalar, traction: Traction
     ) -> Scalar:
         """The deflection after sliding by `slide`, with the yielding frozen at deflection `at`."""
-        yielding, full = self._yielding(at, slide, traction._replace(limit=lambda _, s: traction.limit(slide_rate, s)))
+        yielding, full = self._yielding(
+            at, slide, traction._replace(limit=lambda _, s: traction.limit(slide_rate, s))
+        )
         exponent = yielding * jnp.abs(slide) / full
-        mean = jnp.where(exponent > 1e-12, -jnp.expm1(-exponent) / jnp.where(exponent > 1e-12, exponent, 1.0), 1.0)
+        mean = jnp.where(
+            exponent > 1e-12, -jnp.expm1(-exponent) / jnp.where(exponent > 1e-12, exponent, 1.0), 1.0
+        )
         return start + slide * (1 - yielding * jnp.abs(start) / full) * mean

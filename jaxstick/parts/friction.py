@@ -32,7 +32,9 @@ class ExponentialFriction(AbstractFriction):
     viscous slope. They are forces, not coefficients of friction.
     """
 
-    A: Float[Array, ""] | float = parameter("N", "weakening: static less dynamic friction", lower=0.0, null=0.0)
+    A: Float[Array, ""] | float = parameter(
+        "N", "weakening: static less dynamic friction", lower=0.0, null=0.0
+    )
     B: Float[Array, ""] | float = parameter("s/m", "decay of the weakening with speed", lower=0.0)
     C: Float[Array, ""] | float = parameter("N", "dynamic friction", lower=0.0, null=0.0)
     D: Float[Array, ""] | float = parameter("N s/m", "viscous slope", lower=0.0, null=0.0)

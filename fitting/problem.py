@@ -1,0 +1,129 @@
+"""What a fit is about: the signals of a data set, a hypothesis about them, and which parameters are free."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.opening import Scales, opening, scales
+from fitting.settings import Settings
+from fitting.signals import Signals, natural_period, read_signals
+from fitting.unknowns import Unknown, Unknowns
+from jaxstick.errors import UserError
+from jaxstick.hypothesis import Hypothesis, effects_at_null
+from jaxstick.nominal import nominal
+from jaxstick.parameter import find, parameters
+from jaxstick.parts.drive import SineDrive
+from jaxstick.record import AssumedConstants, DataSet, KnownRig
+
+CONSTANTS = ("A", "B", "C", "D", "k1")
+PRIOR_SHARE = {"damping": 0.2, "drive_damping": 0.2}
+PRIOR_SHARE_ELSE = 0.02
+SCATTER = {"A": 0.7, "B": 0.9, "C": 0.15, "D": 1.0, "k1": 0.7}
+"""Standard deviation of the logarithm of random starting values around those read off the data."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Problem:
+    """A data set ready to be fitted.
+
+    `signals` are those of every run, `chosen` those of the runs that are not held out; `opening` the
+    constants read off the data; `period` the time scale of the rig [s].
+    """
+
+    dataset: DataSet
+    signals: tuple[Signals, ...]
+    chosen: tuple[Signals, ...]
+    scale: Scales
+    opening: dict[str, float]
+    hypothesis: Hypothesis
+    unknowns: Unknowns
+    period: float
+
+
+def pose(dataset: DataSet, settings: Settings) -> Problem:
+    """The problem of fitting this data set.
+
+    Raises UserError for an effect that is not on the shelf or a parameter that cannot be freed.
+    """
+    effects = effects_at_null(settings.effects)
+    signals = tuple(read_signals(run, dataset.noise) for run in dataset.runs)
+    chosen = tuple(signal for signal in signals if not signal.run.hold_out)
+    scale = scales(chosen)
+    first = opening(chosen, scale)
+    oscillator = nominal(dataset.rig, AssumedConstants(**first), SineDrive(frequency=1.0))
+    hypothesis = Hypothesis(oscillator, effects)
+    members = [*_constants(scale), *_of_effects(hypothesis, scale)]
+    members += [_freed(hypothesis, dataset.rig, name) for name in settings.free]
+    return Problem(
+        dataset, signals, chosen, scale, first, hypothesis, Unknowns(tuple(members)), time_scale(chosen)
+    )
+
+
+def beginnings(problem: Problem, settings: Settings) -> np.ndarray:
+    """Coordinates where the descents begin (starts, unknowns): read off the data, as assumed today, and
+    scattered around the first."""
+    hypothesis, unknowns, first = problem.hypothesis, problem.unknowns, problem.opening
+    rest = {
+        name: float(find(hypothesis, name).of(hypothesis)) for name in unknowns.names if name not in first
+    }
+    stated = {name: getattr(problem.dataset.assumed, name) for name in CONSTANTS}
+    points = [unknowns.coordinates({**first, **rest})]
+    if all(value is not None for value in stated.values()):
+        points.append(unknowns.coordinates({**stated, **rest}))
+    random = np.random.default_rng(settings.seed)
+    while len(points) < settings.starts:
+        scattered = {
+            name: value * math.exp(SCATTER[name] * random.standard_normal()) for name, value in first.items()
+        }
+        points.append(unknowns.coordinates({**scattered, **rest}))
+    return np.array(points[: max(1, settings.starts)])
+
+
+def time_scale(signals: Sequence[Signals]) -> float:
+    """The natural period of the rig [s], of all runs the longest; a hundred samples where it has no springs."""
+    return max(natural_period(signal.run.rig) or 100 * signal.run.interval for signal in signals)
+
+
+def _constants(scale: Scales) -> list[Unknown]:
+    """A, B, C, D, k1 within bounds set by the force F, speed V and travel X that the data show: A, C and D V
+    up to 3 F; B V from 0.05 to 2000; k1 from F/X to 5000 F/X."""
+    force, speed, travel = scale.force, scale.speed, scale.displacement
+    return [
+        Unknown("A", "N", 0.0, 3 * force, "linear", force),
+        Unknown("B", "s/m", 0.05 / speed, 2000 / speed, "log"),
+        Unknown("C", "N", 0.0, 3 * force, "linear", force),
+        Unknown("D", "N s/m", 0.0, 3 * force / speed, "linear", force / speed),
+        Unknown("k1", "N/m", force / travel, 5000 * force / travel, "log"),
+    ]
+
+
+def _of_effects(hypothesis: Hypothesis, scale: Scales) -> list[Unknown]:
+    """The parameters of the effects that take part; those in newtons are bounded by the size of the forces."""
+    found = []
+    for key, effect in hypothesis.effects.items():
+        for place in parameters(effect):
+            kind = place.parameter
+            size = scale.force if kind.unit == "N" else 1.0
+            name = f"{key}.{place.path[-1]}"
+            lower, upper = max(kind.lower, -3 * size), min(kind.upper, 3 * size)
+            found.append(Unknown(name, kind.unit, lower, upper, "linear", size))
+    return found
+
+
+def _freed(hypothesis: Hypothesis, rig: KnownRig, name: str) -> Unknown:
+    known = {place.path[-1]: place.parameter for place in parameters(hypothesis.nominal.rig)}
+    if name not in known:
+        raise UserError(
+            f"{name!r} is not a parameter of the rig; those that can be freed are {', '.join(known)}."
+        )
+    value = getattr(rig, name)
+    if value <= 0:
+        raise UserError(
+            f"{name!r} is stated as {value:g}; only a parameter with a stated value can be freed."
+        )
+    deviation = PRIOR_SHARE.get(name, PRIOR_SHARE_ELSE) * value
+    return Unknown(name, known[name].unit, value / 3, value * 3, "log", 1.0, value, deviation)

@@ -1,0 +1,50 @@
+"""The search for the best constants: descents for the basin, least squares for the point."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fitting.descent import Descent, descend
+from fitting.newton import Solution, settle, solve, unstick
+from fitting.progress import Progress
+from fitting.settings import Settings
+from fitting.stage import Stage
+
+DESCENT_LANES = 48
+FINALISTS = 3
+ATTEMPTS = 3
+
+
+def descend_from(stage: Stage, points: np.ndarray, settings: Settings, progress: Progress) -> Descent:
+    """Descents from every point over a sample of the lanes, spread evenly over the runs."""
+    progress.stage("descent", settings.descent_iterations)
+    few = np.unique(np.linspace(0, len(stage.lanes) - 1, DESCENT_LANES).round().astype(int))
+    return descend(
+        stage.misfit,
+        stage.lanes.take(few),
+        points,
+        iterations=settings.descent_iterations,
+        progress=lambda loss: progress.advance(f"loss {loss:.3g}"),
+    )
+
+
+def finish(stage: Stage, points: np.ndarray, progress: Progress) -> Solution:
+    """Least squares over all lanes: roughly from each point, then to the end from the best of them."""
+    progress.stage("least squares", 10 * len(points) + 15)
+    misfit, lanes = stage.misfit, stage.lanes
+
+    def tell(cost: float) -> None:
+        progress.advance(f"chi2 {cost:.6g}")
+
+    rough = []
+    for point in points:
+        starts, _ = settle(misfit, lanes, point, np.asarray(lanes.start), iterations=3)
+        rough.append(solve(misfit, lanes, point, starts, iterations=10, tolerance=1.0, progress=tell))
+    leader = min(rough, key=lambda solution: solution.cost)
+    best = solve(misfit, lanes, leader.coordinates, leader.starts, progress=tell)
+    for attempt in range(ATTEMPTS):
+        starts = unstick(misfit, lanes, best.coordinates, best.starts, best.linear.cost, seed=attempt)
+        if starts is None:
+            break
+        best = solve(misfit, lanes, best.coordinates, starts, progress=tell)
+    return best

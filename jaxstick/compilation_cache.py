@@ -1,0 +1,48 @@
+"""Keeps what jax compiles for the command between two calls of it."""
+
+import os
+from pathlib import Path
+
+SWITCH = "JAXSTICK_CACHE"
+"""Environment variable: "off" keeps nothing, any other value is the folder to keep it in."""
+
+LARGEST = 500_000_000
+"""Bytes above which the oldest programs are thrown away."""
+
+
+def keep_compiled() -> None:
+    """Points jax, which must not have been imported yet, to a folder of this user for compiled programs.
+
+    By default $XDG_CACHE_HOME/jaxstick or ~/.cache/jaxstick; a folder that JAX_COMPILATION_CACHE_DIR names
+    already stands. Where the folder cannot be made or written, nothing is kept.
+    """
+    if os.environ.get(SWITCH, "").lower() in ("off", "0", "no") or "JAX_COMPILATION_CACHE_DIR" in os.environ:
+        return
+    try:
+        folder = _folder()
+        folder.mkdir(parents=True, exist_ok=True)
+        if not os.access(folder, os.W_OK | os.X_OK):
+            return
+        _throw_away_oldest(folder)
+    except (OSError, RuntimeError):
+        return
+    os.environ["JAX_COMPILATION_CACHE_DIR"] = str(folder)
+    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
+
+
+def _folder() -> Path:
+    named = os.environ.get(SWITCH)
+    if named:
+        return Path(named).expanduser()
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "jaxstick"
+
+
+def _throw_away_oldest(folder: Path) -> None:
+    files = [(entry.stat(), entry.path) for entry in os.scandir(folder) if entry.name.endswith("-cache")]
+    total = sum(status.st_size for status, _ in files)
+    for status, path in sorted(files, key=lambda file: file[0].st_mtime):
+        if total <= LARGEST:
+            break
+        os.unlink(path)
+        total -= status.st_size

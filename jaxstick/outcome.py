@@ -1,0 +1,143 @@
+"""What a periodic motion amounts to: its amplitude, how often it stops in a cycle, and for how long."""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+BAND = 0.02
+"""Within this share of its amplitude the mass stands still."""
+
+LEAST_PERIODS = 0.15
+"""A stop lasts at least this share of the natural period."""
+
+LEAST_CYCLES = 0.02
+"""Where there is no natural period (a mass without springs): at least this share of the cycle."""
+
+WIDER = 4.0
+FLATNESS = 1.8
+"""A stop lasts in a band WIDER times as wide less than FLATNESS times as long: a parabola lasts 2 times."""
+
+_SMOOTHED_PERIODS = 0.04
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A motion over whole cycles of its drive.
+
+    amplitude: half of peak to peak [m]; stops: per cycle, whole in a periodic motion; stick_fraction: share
+    of the time spent in stops; cycles: how many were looked at.
+    """
+
+    amplitude: float
+    stops: float
+    stick_fraction: float
+    cycles: int
+
+
+def outcome(
+    displacement: NDArray[np.float64],
+    *,
+    interval: float,
+    frequency: float,
+    natural_frequency: float,
+    cycles: int | None = None,
+) -> Outcome:
+    """Amplitude and stops of the last whole drive cycles of a motion.
+
+    displacement, shape (samples,) [m], every `interval` seconds; frequency of the drive and of the free rig
+    [Hz], the latter 0 without springs; cycles: how many of the last ones to look at, by default all.
+
+    A stop is a stretch in which the mass stays within a band of 2 % of its amplitude for at least 0.15
+    natural periods and which is flatter than a turning point: x = a t^2 / 2 stays in a band of width b for a
+    time that grows as sqrt(b), twice as long in a band four times as wide, while a stop ends where the
+    slips beside it begin. The limit of 1.8 lies between that 2 and the 4^(1/3) = 1.6 of a slip that just
+    touches standstill, x = c t^3, and counts as a stop. Stops with less slip between them than the band are
+    one, so that the ring of the contact does not divide a stop. The cycles are taken as periodic: what
+    runs over the end goes on at the beginning. Before the search the motion is averaged over 0.04 natural
+    periods (a 50th of the cycle at most), against noise; the amplitude is that of the samples as they are.
+
+    Raises ValueError where the motion lasts less than one cycle or interval and frequency are not positive.
+    """
+    if not (interval > 0 and frequency > 0 and natural_frequency >= 0):
+        raise ValueError(f"interval {interval}, frequency {frequency} or {natural_frequency} makes no sense")
+    period = 1 / (frequency * interval)
+    whole = math.floor((len(displacement) + 0.5) / period)
+    if whole < 1:
+        raise ValueError(f"{len(displacement)} samples are less than a cycle of {period:.6g} samples")
+    whole = whole if cycles is None else max(1, min(whole, cycles))
+    samples = np.asarray(displacement, np.float64)[-min(round(whole * period), len(displacement)) :]
+    amplitude = float(np.ptp(samples)) / 2
+    if amplitude == 0:
+        return Outcome(0.0, 0.0, 1.0, whole)
+    free = 1 / (natural_frequency * interval) if natural_frequency else math.inf
+    least = LEAST_PERIODS * free if natural_frequency else LEAST_CYCLES * period
+    motion = _averaged(samples, min(_SMOOTHED_PERIODS * free, LEAST_CYCLES * period))
+    fastest = int(np.argmax(np.abs(np.diff(motion, append=motion[0]))))
+    found = _stops(np.roll(motion, -fastest - 1), BAND * amplitude, least)
+    return Outcome(
+        amplitude,
+        len(found) / whole,
+        sum(last - first + 1 for first, last in found) / len(samples),
+        whole,
+    )
+
+
+def _averaged(samples: NDArray[np.float64], width: float) -> NDArray[np.float64]:
+    """The mean over about `width` samples around each, the samples continued periodically."""
+    half = min(int(width / 2), (len(samples) - 1) // 2)
+    if half < 1:
+        return samples
+    around = np.concatenate([samples[-half:], samples, samples[:half]])
+    return np.convolve(around, np.full(2 * half + 1, 1 / (2 * half + 1)), "valid")
+
+
+def _stops(motion: NDArray[np.float64], band: float, least: float) -> list[tuple[int, int]]:
+    """First and last sample of every stop, in order."""
+    first, first_wider = _reaching_back(motion, band), _reaching_back(motion, WIDER * band)
+    end = np.arange(len(motion))
+    length, length_wider = end - first + 1, end - first_wider + 1
+    taken = np.zeros(len(motion), bool)
+    found = []
+    for last in np.argsort(-length, kind="stable"):
+        if length[last] < least:
+            break
+        if taken[last] or taken[first[last]]:
+            continue
+        taken[first[last] : last + 1] = True
+        around = (first_wider <= first[last]) & (end >= last)
+        if length_wider[around].max() < FLATNESS * length[last]:
+            found.append((int(first[last]), int(last)))
+    joined: list[tuple[int, int]] = []
+    for stop in sorted(found):
+        if joined and np.ptp(motion[joined[-1][1] : stop[0] + 1]) < band:
+            joined[-1] = joined[-1][0], stop[1]
+        else:
+            joined.append(stop)
+    return joined
+
+
+def _reaching_back(motion: NDArray[np.float64], band: float) -> NDArray[np.int64]:
+    """For every sample the earliest from which on the motion kept within a band of this width."""
+    highest: deque[int] = deque()
+    lowest: deque[int] = deque()
+    values = motion.tolist()
+    first = 0
+    out = np.empty(len(values), np.int64)
+    for last, value in enumerate(values):
+        while highest and values[highest[-1]] <= value:
+            highest.pop()
+        highest.append(last)
+        while lowest and values[lowest[-1]] >= value:
+            lowest.pop()
+        lowest.append(last)
+        while values[highest[0]] - values[lowest[0]] > band:
+            first += 1
+            if highest[0] < first:
+                highest.popleft()
+            if lowest[0] < first:
+                lowest.popleft()
+        out[last] = first
+    return out
