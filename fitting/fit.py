@@ -11,7 +11,7 @@ from fitting.account import account_for
 from fitting.descent import Descent
 from fitting.intervals import Interval, interval
 from fitting.newton import Robust, Solution
-from fitting.problem import CONSTANTS, Problem, beginnings, pose
+from fitting.problem import CONSTANTS, Problem, beginnings, pose, scatter
 from fitting.progress import Progress, Silent
 from fitting.result import Constant, Fit
 from fitting.search import FINALISTS, descend_from, finish
@@ -22,6 +22,8 @@ from fitting.unknowns import Unknown
 from jaxstick.record import AssumedConstants, DataSet
 
 COARSER = 1.25
+FEW_LANES = 8
+WIDE = 30
 
 
 def fit(dataset: DataSet, settings: Settings | None = None, progress: Progress | None = None) -> Fit:
@@ -75,8 +77,18 @@ def _search(problem: Problem, settings: Settings, progress: Progress) -> tuple[S
         finer = steps(problem, k1, settings) > COARSER * here.lanes.substeps
         if length != here.length or finer:
             here = stage(problem, length, k1, settings)
-            solution = finish(here, solution.coordinates[None], progress)
+            solution = finish(here, _candidates(problem, here, solution, settings), progress)
     return here, descent, solution
+
+
+def _candidates(problem: Problem, here: Stage, solution: Solution, settings: Settings) -> np.ndarray:
+    """Where a later stage begins: at the solution so far and, where few and long lanes make the misfit
+    rugged, at points scattered around it and around those of the first stage."""
+    at = solution.coordinates[None]
+    if len(here.lanes) > FEW_LANES:
+        return at
+    around = scatter(problem, solution.coordinates, WIDE // 2, settings.seed)
+    return np.concatenate([at, around, scatter(problem, beginnings(problem, settings)[0], WIDE // 2, settings.seed + 1)])
 
 
 def _intervals(last: Stage, solution: Solution, progress: Progress) -> list[Interval]:

@@ -90,7 +90,9 @@ def _crossing(
             return None
         point = coordinates.copy()
         point[index] = outer
-        found = solve(misfit, lanes, point, starts, fixed=fixed, robust=robust, iterations=8, tolerance=1e-2)
+        (found,) = solve(
+            misfit, lanes, point[None], starts[None], fixed=fixed, robust=robust, iterations=8, tolerance=1e-2
+        )
         progress()
         root = math.sqrt(max(found.cost - solution.cost, 0.0))
         target = math.sqrt(threshold)

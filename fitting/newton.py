@@ -80,10 +80,26 @@ class Solution:
     history: tuple[float, ...]
 
 
+@dataclasses.dataclass
+class _Search:
+    """One search under way: where it is, its linearisation there, its loss, damping and what it has seen."""
+
+    coordinates: np.ndarray
+    starts: np.ndarray
+    linear: Linearisation
+    loss: Robust
+    cost: float
+    damping: float = 1e-3
+    at_bound: np.ndarray | None = None
+    converged: bool = False
+    over: bool = False
+    history: list[float] = dataclasses.field(default_factory=list)
+
+
 def solve(
     misfit: Misfit,
     lanes: Lanes,
-    coordinates: np.ndarray,
+    points: np.ndarray,
     starts: np.ndarray,
     *,
     fixed: np.ndarray | None = None,
@@ -91,52 +107,78 @@ def solve(
     iterations: int = 100,
     tolerance: float = 1e-3,
     progress: Callable[[float], None] = lambda cost: None,
-) -> Solution:
+) -> list[Solution]:
     """Minimises the (robust) sum of squares over unknowns within their bounds and over all starts.
 
-    `fixed` marks unknowns to hold. Converged when a full step would move no unknown by more than `tolerance`
-    of its standard deviation.. or the cost by less than `tolerance`.
+    Several searches go side by side: `points` (searches, p) and `starts` (searches, lanes, 3) say where each
+    begins. `fixed` marks unknowns to hold. A search has converged when its next step promises to lower the
+    cost, in units of the typical cost a sample, by less than `tolerance`: that is a small part of one
+    standard deviation of every unknown.
     """
     unknowns = misfit.unknowns
-    p = len(unknowns)
-    held = np.zeros(p, bool) if fixed is None else fixed
-    dof = lanes.counted()
-    lower, upper = unknowns.lower, unknowns.upper
-    each = np.ones((len(lanes), 1))
-    linear = misfit.linearise(lanes, each * coordinates, starts)
-    loss = robust or Robust.around(linear.cost, dof)
-    cost = loss.total(linear.cost) + unknowns.prior(coordinates)[0]
-    damping, converged, history = 1e-3, False, [cost]
-    at_bound = np.zeros(p, bool)
+    held = np.zeros(len(unknowns), bool) if fixed is None else fixed
+    count, dof = len(lanes), lanes.counted()
+    searches = []
+    for point, start, linear in zip(
+        points, starts, _linearise_all(misfit, lanes, points, starts), strict=True
+    ):
+        loss = robust or Robust.around(linear.cost, dof)
+        cost = loss.total(linear.cost) + unknowns.prior(point)[0]
+        searches.append(_Search(point, start, linear, loss, cost, history=[cost]))
     for _ in range(iterations):
-        weights = loss.weights(linear.cost)
-        step, start_step, predicted, at_bound = _step(
-            misfit, linear, weights, coordinates, held, damping, lower, upper
+        going = [search for search in searches if not search.over]
+        if not going:
+            break
+        steps = [_step(misfit, search, held) for search in going]
+        trials = np.array([step.coordinates for step in steps])
+        trial_starts = np.array([step.starts for step in steps]).reshape(len(going), count, -1)
+        linears = _linearise_all(misfit, lanes, trials, trial_starts)
+        for search, step, linear in zip(going, steps, linears, strict=True):
+            _judge(search, step, linear, unknowns.prior(step.coordinates)[0], tolerance)
+            if robust is None and search.linear is linear:
+                search.loss = Robust.around(linear.cost, dof)
+                search.cost = search.loss.total(linear.cost) + unknowns.prior(search.coordinates)[0]
+        progress(min(search.cost for search in searches))
+    return [
+        Solution(
+            search.coordinates,
+            search.starts,
+            search.linear,
+            search.loss.weights(search.linear.cost),
+            search.cost,
+            np.zeros(len(unknowns), bool) if search.at_bound is None else search.at_bound,
+            search.converged,
+            tuple(search.history),
         )
-        trial = np.clip(coordinates + step, lower, upper)
-        trial_starts = starts + start_step
-        trial_linear = misfit.linearise(lanes, each * trial, trial_starts)
-        trial_cost = loss.total(trial_linear.cost) + unknowns.prior(trial)[0]
-        gain = cost - trial_cost
-        if np.isfinite(trial_cost) and gain > 0:
-            coordinates, starts, linear = trial, trial_starts, trial_linear
-            damping = max(damping * (0.1 if gain > 0.5 * predicted else 0.5), 1e-9)
-            if robust is None:
-                loss = Robust.around(linear.cost, dof)
-            cost = loss.total(linear.cost) + unknowns.prior(coordinates)[0]
-            history.append(cost)
-            progress(cost)
-        else:
-            damping *= 8
-        if predicted < tolerance * max(1.0, loss.level) or (0 < gain < tolerance * max(1.0, loss.level)):
-            converged = True
-            break
-        if damping > 1e8:
-            converged = predicted < 1e-2 * loss.level
-            break
-    return Solution(
-        coordinates, starts, linear, loss.weights(linear.cost), cost, at_bound, converged, tuple(history)
-    )
+        for search in searches
+    ]
+
+
+def _linearise_all(
+    misfit: Misfit, lanes: Lanes, points: np.ndarray, starts: np.ndarray
+) -> list[Linearisation]:
+    """The linearisations of several searches, from one pass over all their lanes."""
+    searches, count = len(points), len(lanes)
+    every = lanes.take(np.tile(np.arange(count), searches)) if searches > 1 else lanes
+    linear = misfit.linearise(every, np.repeat(points, count, axis=0), starts.reshape(searches * count, -1))
+    split = [part.reshape(searches, count, *part.shape[1:]) for part in linear]
+    return [Linearisation(*(part[k] for part in split)) for k in range(searches)]
+
+
+def _judge(search: _Search, step: _Step, linear: Linearisation, prior: float, tolerance: float) -> None:
+    """Takes the step if it lowers the cost, sets the damping, and sees whether the search is over."""
+    search.at_bound = step.at_bound
+    cost = search.loss.total(linear.cost) + prior
+    gain = search.cost - cost
+    small = tolerance * max(search.loss.level, 1e-300)
+    if np.isfinite(cost) and gain > 0:
+        search.coordinates, search.starts, search.linear, search.cost = step.coordinates, step.starts, linear, cost
+        search.damping = max(search.damping * (0.1 if gain > 0.5 * step.predicted else 0.5), 1e-9)
+        search.history.append(cost)
+    else:
+        search.damping *= 8
+    search.converged = step.predicted < small or 0 < gain < small
+    search.over = search.converged or search.damping > 1e8
 
 
 def settle(
@@ -195,17 +237,20 @@ def unstick(
     return starts
 
 
-def _step(
-    misfit: Misfit,
-    linear: Linearisation,
-    weights: np.ndarray,
-    coordinates: np.ndarray,
-    held: np.ndarray,
-    damping: float,
-    lower: np.ndarray,
-    upper: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
-    """One damped step: of the unknowns, of the starts, the fall of the cost it predicts, and active bounds."""
+@dataclasses.dataclass(frozen=True)
+class _Step:
+    """A damped step: where it leads, the fall of the cost it predicts, and which unknowns stay on a bound."""
+
+    coordinates: np.ndarray
+    starts: np.ndarray
+    predicted: float
+    at_bound: np.ndarray
+
+
+def _step(misfit: Misfit, search: _Search, held: np.ndarray) -> _Step:
+    coordinates, linear, damping = search.coordinates, search.linear, search.damping
+    lower, upper = misfit.unknowns.lower, misfit.unknowns.upper
+    weights = search.loss.weights(linear.cost)
     p = len(coordinates)
     reduced = reduce(linear, p, damping)
     _, prior_gradient, prior_curvature = misfit.unknowns.prior(coordinates)
@@ -225,8 +270,9 @@ def _step(
         if not blocked.any():
             break
         active |= blocked
-    step = np.clip(coordinates + step, lower, upper) - coordinates
-    start_step = reduced.start_step + reduced.start_response @ step
+    trial = np.clip(coordinates + step, lower, upper)
+    step = trial - coordinates
     start_gain = -np.einsum("l,ls,ls->", weights, linear.gradient[:, p:], reduced.start_step)
     predicted = float(-(2 * gradient @ step + step @ curvature @ step) + start_gain)
-    return step, start_step, predicted, active & ~held
+    starts = search.starts + reduced.start_step + reduced.start_response @ step
+    return _Step(trial, starts, predicted, active & ~held)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -74,13 +73,24 @@ def beginnings(problem: Problem, settings: Settings) -> np.ndarray:
     points = [unknowns.coordinates({**first, **rest})]
     if all(value is not None for value in stated.values()):
         points.append(unknowns.coordinates({**stated, **rest}))
-    random = np.random.default_rng(settings.seed)
-    while len(points) < settings.starts:
-        scattered = {
-            name: value * math.exp(SCATTER[name] * random.standard_normal()) for name, value in first.items()
-        }
-        points.append(unknowns.coordinates({**scattered, **rest}))
-    return np.array(points[: max(1, settings.starts)])
+    more = scatter(problem, points[0], settings.starts, settings.seed)
+    return np.array([*points, *more][: max(1, settings.starts)])
+
+
+def scatter(problem: Problem, coordinates: np.ndarray, count: int, seed: int) -> np.ndarray:
+    """Random points (count, unknowns) around one: the constants by factors, the rest by tenths of its scale."""
+    random = np.random.default_rng(seed)
+    unknowns = problem.unknowns
+    points = np.tile(coordinates, (count, 1))
+    for index, unknown in enumerate(unknowns.members):
+        draw = random.standard_normal(count)
+        if unknown.name in SCATTER:
+            value = np.maximum(unknown.to_value(points[:, index]), 1e-3 * unknown.scale)
+            value = np.clip(value * np.exp(SCATTER[unknown.name] * draw), unknown.lower, unknown.upper)
+            points[:, index] = unknown.to_coordinate(value)
+        elif unknown.kind == "linear":
+            points[:, index] += 0.1 * draw
+    return np.clip(points, unknowns.lower, unknowns.upper)
 
 
 def time_scale(signals: Sequence[Signals]) -> float:

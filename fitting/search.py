@@ -13,6 +13,7 @@ from fitting.stage import Stage
 DESCENT_LANES = 48
 FINALISTS = 3
 ATTEMPTS = 3
+ROUGH = 12
 
 
 def descend_from(stage: Stage, points: np.ndarray, settings: Settings, progress: Progress) -> Descent:
@@ -30,21 +31,21 @@ def descend_from(stage: Stage, points: np.ndarray, settings: Settings, progress:
 
 def finish(stage: Stage, points: np.ndarray, progress: Progress) -> Solution:
     """Least squares over all lanes: roughly from each point, then to the end from the best of them."""
-    progress.stage("least squares", 10 * len(points) + 15)
+    progress.stage("least squares", ROUGH + 15)
     misfit, lanes = stage.misfit, stage.lanes
 
     def tell(cost: float) -> None:
         progress.advance(f"chi2 {cost:.6g}")
 
-    rough = []
-    for point in points:
-        starts, _ = settle(misfit, lanes, point, np.asarray(lanes.start), iterations=3)
-        rough.append(solve(misfit, lanes, point, starts, iterations=10, tolerance=1.0, progress=tell))
+    every = lanes.take(np.tile(np.arange(len(lanes)), len(points)))
+    starts, _ = settle(misfit, every, np.repeat(points, len(lanes), axis=0), np.asarray(every.start), iterations=3)
+    starts = starts.reshape(len(points), len(lanes), -1)
+    rough = solve(misfit, lanes, points, starts, iterations=ROUGH, tolerance=1.0, progress=tell)
     leader = min(rough, key=lambda solution: solution.cost)
-    best = solve(misfit, lanes, leader.coordinates, leader.starts, progress=tell)
+    (best,) = solve(misfit, lanes, leader.coordinates[None], leader.starts[None], progress=tell)
     for attempt in range(ATTEMPTS):
         starts = unstick(misfit, lanes, best.coordinates, best.starts, best.linear.cost, seed=attempt)
         if starts is None:
             break
-        best = solve(misfit, lanes, best.coordinates, starts, progress=tell)
+        (best,) = solve(misfit, lanes, best.coordinates[None], starts[None], progress=tell)
     return best

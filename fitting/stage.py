@@ -61,7 +61,13 @@ def stage(problem: Problem, length: float | None, k1: float, settings: Settings)
 
 
 def steps(problem: Problem, k1: float, settings: Settings) -> int:
-    """Integration steps a sample for a contact of stiffness k1 [N/m]."""
+    """Integration steps a sample for a contact of stiffness k1 [N/m].
+
+    Where friction was not recorded, a contact so stiff that its deflection drowns in the noise of the
+    displacement need not have its ring resolved.
+    """
+    if all(signal.run.friction is None for signal in problem.chosen):
+        k1 = min(k1, problem.scale.force / max(signal.displacement_noise for signal in problem.chosen))
     nominal = problem.hypothesis.nominal
     contact = dataclasses.replace(nominal.contact, k1=k1)
     period = shortest_period(dataclasses.replace(nominal, contact=contact))

@@ -4,7 +4,7 @@ import errno
 import os
 import sys
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import wraps
 from typing import Any, NoReturn
 
@@ -25,19 +25,11 @@ class Verbs(click.Group):
     A mistake and a failure are one sentence on standard error. A command that returns a number ends with it.
     """
 
-    def main(
-        self,
-        args: Sequence[str] | None = None,
-        prog_name: str | None = None,
-        complete_var: str | None = None,
-        standalone_mode: bool = True,
-        windows_expand_args: bool = True,
-        **extra: Any,
-    ) -> NoReturn:
+    def main(self, *args: Any, **kwargs: Any) -> NoReturn:
         """Runs one command line and exits."""
-        del standalone_mode
+        kwargs["standalone_mode"] = False
         try:
-            code = super().main(args, prog_name, complete_var, False, windows_expand_args, **extra)
+            code = super().main(*args, **kwargs)
             sys.stdout.flush()
         except UserError as error:
             code = _end(MISTAKE, str(error))

@@ -108,13 +108,11 @@ def _push(
     """The tangents are a second call, linear in the moving arguments, that computes the primals anew."""
     results = call_p.bind(*primals, function=function, pullback=pullback, residuals=residuals)
     moving = [number for number, tangent in enumerate(tangents) if type(tangent) is not ad.Zero]
-    smooth = [number for number, result in enumerate(results) if jnp.issubdtype(result.dtype, jnp.inexact)]
 
     def along(primals: Arrays) -> Callable[..., Arrays]:
         def moved(*arguments: Any) -> Arrays:
             placed = dict(zip(moving, arguments, strict=True))
-            everything = function(*(placed.get(number, primal) for number, primal in enumerate(primals)))
-            return [everything[number] for number in smooth]
+            return list(function(*(placed.get(number, primal) for number, primal in enumerate(primals))))
 
         return moved
 
@@ -133,18 +131,13 @@ def _push(
         pullback=pull_back,
         residuals=len(primals),
     )
-    placed = dict(zip(smooth, pushed, strict=True))
-    return results, [
-        placed[number] if number in placed else ad.Zero(jax.typeof(result).to_tangent_aval())
-        for number, result in enumerate(results)
-    ]
+    return results, pushed
 
 
 def _transpose(
     cotangents: Arrays, *arrays: Any, function: Callable, pullback: Callable, residuals: int
 ) -> list[Any | None]:
-    with jax.enable_x64(True):
-        given = [ad.instantiate_zeros(cotangent) for cotangent in cotangents]
+    given = [ad.instantiate_zeros(cotangent) for cotangent in cotangents]
     pulled = call_p.bind(
         *arrays[:residuals], *given, function=pullback, pullback=None, residuals=residuals + len(given)
     )

@@ -184,7 +184,7 @@ def load_rig(path: Path) -> RigSheet:
     """
     path = _existing(Path(path))
     if path.is_dir():
-        if not (path / RIG_FILE).exists():
+        if not _exists(path / RIG_FILE):
             raise UserError(f"{path}: the folder holds no {RIG_FILE}, which says what is known of the rig.")
         path = path / RIG_FILE
     tables = read_rig_toml(path)
@@ -250,7 +250,7 @@ def save_dataset(dataset: DataSet, folder: Path, comment: str = "") -> None:
     folder = Path(folder)
     for name in (RIG_FILE, *(run.file for run in dataset.runs)):
         place = folder / name
-        if place.exists():
+        if _exists(place):
             raise UserError(f"{place}: the file exists already; a data set is written into a new folder.")
         try:
             place.parent.mkdir(parents=True, exist_ok=True)
@@ -265,13 +265,16 @@ def save_dataset(dataset: DataSet, folder: Path, comment: str = "") -> None:
 
 
 def _existing(path: Path) -> Path:
-    try:
-        found = path.exists()
-    except OSError as error:
-        raise UserError(f"{path}: this cannot be opened ({error.strerror or error}).") from error
-    if not found:
+    if not _exists(path):
         raise UserError(f"{path}: there is no such file or folder.")
     return path
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError as error:
+        raise UserError(f"{path}: this cannot be opened ({error.strerror or error}).") from error
 
 
 def _known_rig(values: Mapping[str, Any], path: Path, where: str) -> tuple[KnownRig, list[str]]:

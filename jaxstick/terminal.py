@@ -16,6 +16,9 @@ from jaxstick.output import to_json
 WIDE = 160
 """Columns of a line that goes to a file or a pipe."""
 
+WIDEST = 1000
+"""Columns that a table may take."""
+
 
 @dataclass(frozen=True)
 class Terminal:
@@ -40,20 +43,29 @@ class Terminal:
     def bullets(self, sentences: Iterable[str], style: str = "") -> None:
         """Sentences, one below the other."""
         for sentence in sentences:
-            self._words().print(Padding(Text(sentence, style), (0, 0, 0, 2)))
+            self._words().print(Padding(Text(sentence, style), (0, 0, 0, 2), expand=False))
 
     def table(self, title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-        """A table of words; columns whose cells are all numbers or dashes are set to the right."""
+        """A table of words; columns whose cells are all numbers or dashes are set to the right.
+
+        A table is never squeezed: what a narrow terminal cannot show in a line goes on in the next.
+        """
         cells = [tuple(row) for row in rows]
         table = Table(
-            title=title, box=box.SIMPLE_HEAD, title_justify="left", title_style="bold", pad_edge=False
+            box=box.SIMPLE_HEAD,
+            show_edge=False,
+            padding=(0, 1, 0, 0),
         )
         for number, column in enumerate(columns):
             numeric = all(_is_number(row[number]) for row in cells)
-            table.add_column(column, justify="right" if numeric else "left", overflow="fold")
+            table.add_column(column, justify="right" if numeric else "left", vertical="bottom", no_wrap=True)
         for row in cells:
             table.add_row(*(Text(cell) for cell in row))
-        self._words().print(table)
+        words = self._words()
+        words.print(Text(title, "bold"))
+        words.width = WIDEST
+        words.print(table)
+        words.print()
 
     def result(self, value: Any) -> None:
         """The result, if it is wanted as JSON."""
@@ -63,6 +75,11 @@ class Terminal:
 
     def _words(self) -> Console:
         return _console(to_stderr=self.json, quiet=self.quiet)
+
+
+def stops_text(stops: float | None) -> str:
+    """Stops a cycle: whole, or with one decimal where cycles differ; a dash for None."""
+    return "-" if stops is None else f"{stops:.1f}".removesuffix(".0")
 
 
 def _console(to_stderr: bool, quiet: bool) -> Console:

@@ -1,0 +1,28 @@
+"""The whole command: the lower verbs, and those that fit and judge."""
+
+import click
+
+from fitting.verbs.compare import compare
+from fitting.verbs.fit import fit
+from jaxstick.cli import LOWER
+from jaxstick.command import Verbs
+from jaxstick.compilation_cache import keep_compiled
+from jaxstick.version import version
+
+UPPER = (fit, compare)
+
+
+@click.group(cls=Verbs, commands=(*LOWER, *UPPER))
+@click.version_option(version(), prog_name="jaxstick")
+def jaxstick() -> None:
+    """Stick-slip of a base-excited friction oscillator: simulate it, and fit its friction to records.
+
+    Ends with 0 when done, 2 where the input has to be mended, 1 where jaxstick failed or a result did not
+    converge.
+    """
+
+
+def main() -> None:
+    """The command `jaxstick`."""
+    keep_compiled()
+    jaxstick(prog_name="jaxstick")

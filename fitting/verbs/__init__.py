@@ -1,0 +1,1 @@
+"""The upper commands, one file each."""

@@ -1,0 +1,24 @@
+"""The lower commands: what can be done without fitting."""
+
+import click
+
+from jaxstick.command import Verbs
+from jaxstick.compilation_cache import keep_compiled
+from jaxstick.verbs.check import check
+from jaxstick.verbs.effects import effects
+from jaxstick.verbs.simulate import simulate
+from jaxstick.version import version
+
+LOWER = (check, simulate, effects)
+
+
+@click.group(cls=Verbs, commands=LOWER)
+@click.version_option(version(), prog_name="jaxstick")
+def jaxstick() -> None:
+    """Stick-slip of a base-excited friction oscillator: look at records and simulate them."""
+
+
+def main() -> None:
+    """`python -m jaxstick`."""
+    keep_compiled()
+    jaxstick(prog_name="python -m jaxstick")

@@ -1,0 +1,1 @@
+"""The lower commands, one file each."""

@@ -1,0 +1,1 @@
+"""Independent reference models in plain Python and numpy: event-driven, friction is never time-stepped."""
