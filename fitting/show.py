@@ -192,7 +192,7 @@ def _part(case: Mapping[str, Any] | None, key: str, unit: str) -> str:
 
 def _change(before: Mapping[str, Any], after: Mapping[str, Any]) -> str:
     change = after["amplitude_m"] / before["amplitude_m"] - 1 if before["amplitude_m"] else 0.0
-    text = f"{100 * change:+.1f} %"
+    text = f"{round(100 * change, 1) + 0.0:+.1f} %"
     stops = stops_text(before["stops"]), stops_text(after["stops"])
     return text if stops[0] == stops[1] else f"{text}, {stops[0]} to {stops[1]}"
 

@@ -2,6 +2,7 @@
 
 import errno
 import os
+import re
 import sys
 import traceback
 from collections.abc import Callable
@@ -69,7 +70,8 @@ def _end(code: int, sentence: str) -> int:
 
 def _usage(error: click.ClickException) -> str:
     """Click's own message as one sentence."""
-    message = " ".join(error.format_message().split()).rstrip(".")
+    message = " ".join(error.format_message().split())
+    message = re.sub(r"\. Did you mean (.*)\?$", r" (did you mean \1?)", message).rstrip(".")
     context = getattr(error, "ctx", None)
     return f"{message}; see {context.command_path} --help." if context else f"{message}."
 

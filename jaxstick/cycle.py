@@ -41,17 +41,18 @@ def cycle_of(run: Run) -> Cycle | None:
     return Cycle(run.frequency, run.base_amplitude, 0.0, run.base_phase)
 
 
-def outcome_of(run: Run, displacement: NDArray[np.float64] | None = None) -> Outcome | None:
-    """Amplitude and stops of a run as recorded, or of another `displacement` at its samples; None where the
-    run has no whole cycle."""
+def outcome_of(run: Run, cycles: int | None = None) -> Outcome | None:
+    """Amplitude and stops of a run's last `cycles` cycles, by default of all; None where it has no whole
+    cycle."""
     cycle = cycle_of(run)
     if cycle is None or len(run.time) * run.interval * cycle.frequency < 1:
         return None
     return outcome(
-        run.displacement if displacement is None else displacement,
+        run.displacement,
         interval=run.interval,
         frequency=cycle.frequency,
         natural_frequency=run.rig.natural_frequency,
+        cycles=cycles,
     )
 
 

@@ -61,7 +61,8 @@ def march(oscillator: Oscillator, start: Start, grid: Grid, unroll: int = 1) -> 
         return (state, acceleration, after), None
 
     def sample(carry: Any, index: Array) -> tuple[Any, Any]:
-        nodes = origin + h * (index * grid.substeps + jnp.arange(1, grid.substeps + 1))
+        count = index * grid.substeps + jnp.arange(1, grid.substeps + 1)
+        nodes = origin + h * count.astype(h.dtype)
         carry, _ = jax.lax.scan(
             substep, carry, (nodes, oscillator.drive.at(nodes)), unroll=min(unroll, grid.substeps)
         )
@@ -74,7 +75,8 @@ def march(oscillator: Oscillator, start: Start, grid: Grid, unroll: int = 1) -> 
         _see(oscillator, origin, *first),
         seen,
     )
-    return Trajectory(origin + grid.interval * jnp.arange(grid.samples), *seen)
+    times = origin + h * grid.substeps * jnp.arange(grid.samples, dtype=h.dtype)
+    return Trajectory(times, *seen)
 
 
 def _see(

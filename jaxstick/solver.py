@@ -65,23 +65,27 @@ def step(
 
 
 class StickSlip(diffrax.AbstractTerm):
-    """An oscillator as the term of a diffrax solve with `ReturnMapping`."""
+    """An oscillator as the term of a diffrax solve with `ReturnMapping`.
+
+    A vector field says too little for a contact that sticks and slips, so what this term gives its solver in
+    place of one is the oscillator itself.
+    """
 
     oscillator: Oscillator
 
-    def vf(self, t: Scalar, y: State, args: Any) -> Scalar:
-        """The acceleration of the mass [m/s^2]."""
-        del args
-        return self.oscillator.acceleration(t, y)
+    def vf(self, t: Scalar, y: State, args: Any) -> Oscillator:
+        """The oscillator."""
+        del t, y, args
+        return self.oscillator
 
     def contr(self, t0: Scalar, t1: Scalar, **kwargs: Any) -> Scalar:
         """The step [s]."""
         del kwargs
         return t1 - t0
 
-    def prod(self, vf: Scalar, control: Scalar) -> Scalar:
-        """Acceleration times step [m/s]."""
-        return vf * control
+    def prod(self, vf: Oscillator, control: Scalar) -> Any:
+        """There is no product of an oscillator and a step: only `ReturnMapping` takes this term."""
+        raise NotImplementedError("StickSlip is a term for ReturnMapping alone")
 
 
 class ReturnMapping(diffrax.AbstractSolver):
@@ -102,7 +106,7 @@ class ReturnMapping(diffrax.AbstractSolver):
 
     def init(self, terms: StickSlip, t0: Scalar, t1: Scalar, y0: State, args: Any) -> Scalar:
         del t1
-        return terms.vf(t0, y0, args)
+        return terms.vf(t0, y0, args).acceleration(t0, y0)
 
     def step(
         self,
@@ -114,11 +118,11 @@ class ReturnMapping(diffrax.AbstractSolver):
         solver_state: Scalar,
         made_jump: Any,
     ) -> tuple[State, None, dict[str, State], Scalar, diffrax.RESULTS]:
-        del args, made_jump
-        oscillator = terms.oscillator
+        del made_jump
+        oscillator = terms.vf(t0, y0, args)
         before, after = oscillator.drive.at(t0), oscillator.drive.at(t1)
         y1, acceleration = step(oscillator, t1, t1 - t0, before, after, y0, solver_state)
         return y1, None, {"y0": y0, "y1": y1}, acceleration, diffrax.RESULTS.successful
 
     def func(self, terms: StickSlip, t0: Scalar, y0: State, args: Any) -> Scalar:
-        return terms.vf(t0, y0, args)
+        return terms.vf(t0, y0, args).acceleration(t0, y0)

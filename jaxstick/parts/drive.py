@@ -87,8 +87,9 @@ class RecordedDrive(AbstractDrive):
 
     def at(self, t: ArrayLike) -> Excitation:
         elapsed = jnp.asarray(t) - self.start
-        piece = jnp.clip(jnp.floor(elapsed / self.interval), 0, self.base.shape[-2] - 1).astype(jnp.int32)
-        s = elapsed - piece * self.interval
+        whole = jnp.clip(jnp.floor(elapsed / self.interval), 0.0, self.base.shape[-2] - 1.0)
+        s = elapsed - whole * self.interval
+        piece = whole.astype(jnp.int32)
         cubic, square, slope, level = jnp.moveaxis(self.base[piece], -1, 0)
         f3, f2, f1, f0 = jnp.moveaxis(self.force[piece], -1, 0)
         return Excitation(

@@ -23,7 +23,7 @@ class AbstractInstrument(eqx.Module):
     def initial(self, motion: Motion, friction: Scalar) -> Any:
         """The private state of a chain that has long seen this motion and friction force [N]."""
         del motion, friction
-        return ()
+        return None
 
     def advance(self, state: Any, motion: Motion, friction: Scalar, step: Scalar) -> Any:
         """The private state one step later [s]; motion and friction force [N] are those at its end."""

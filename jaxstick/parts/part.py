@@ -12,12 +12,12 @@ from jaxstick.parts.motion import Motion, Scalar
 class AbstractPart(eqx.Module):
     """A part of the oscillator with a private state, opaque to everyone else.
 
-    A part without memory keeps the defaults: its state is the empty tuple and nothing advances.
+    A part without memory keeps the defaults: its state is None and nothing advances.
     """
 
     def initial(self) -> Any:
         """The private state of a part that has been at rest for long."""
-        return ()
+        return None
 
     def advance(self, state: Any, motion: Motion, step: Scalar) -> Any:
         """The private state one step later [s]; `motion` is the motion at the end of the step."""

@@ -19,6 +19,9 @@ simulations = deferred("jaxstick.simulations", "simulations")
 motion = deferred("jaxstick.plots.motion", "motion")
 save_figure = deferred("jaxstick.plots.style", "save")
 
+SETTLED = 3
+"""How many of the last cycles count in a simulation from rest."""
+
 
 @click.command()
 @click.argument("source", metavar="DATASET|RIG.toml", type=click.Path(path_type=Path))
@@ -63,7 +66,8 @@ def simulate(source: Path, out: Path, overwrite: bool, terminal: Terminal) -> No
 
 
 def _entry(run: Run, record: Run | None) -> dict[str, Any]:
-    cycle, predicted = cycle_of(run), outcome_of(run)
+    cycle = cycle_of(run)
+    predicted = outcome_of(run, SETTLED if record is None else None)
     natural = run.rig.natural_frequency
     measured = None if record is None else outcome_of(record)
     return {

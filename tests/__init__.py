@@ -1,0 +1,1 @@
+"""The tests of jaxstick and fitting."""

@@ -1,0 +1,123 @@
+"""Derivatives through stick and slip: forward, reverse and central differences agree, in every arrangement."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jaxtyping import Array
+
+from jaxstick.oscillator import Oscillator, Start
+from jaxstick.parameter import replace as with_values
+from jaxstick.parts.contact import AbstractContact, LoadedContact, PaperContact, SmoothContact
+from jaxstick.simulate import Grid, march
+from tests.jaxstick.twin import twin
+from tests.reference import rig1987
+
+NAMES = ("A", "B", "C", "D", "k1")
+RIG = replace(rig1987.rig(), D=0.5)
+POINT = np.array([RIG.A, RIG.B, RIG.C, RIG.D, RIG.k1, 1e-3, 0.05, -2.0])
+"""The constants, then displacement, velocity and contact force at the start."""
+INTERVAL = 2e-3
+
+
+def _outcome(oscillator: Oscillator, samples: int) -> Callable[[Array], Array]:
+    """Weighted sums of displacement and force over the record and the last displacement, of order one."""
+    weights = jnp.sin(0.37 * jnp.arange(samples, dtype=float))
+
+    def outcome(point: Array) -> Array:
+        changed = with_values(oscillator, {name: point[i] for i, name in enumerate(NAMES)})
+        run = march(changed, Start(*point[5:]), Grid(0.0, INTERVAL, samples, 10))
+        return jnp.stack([1e3 * jnp.sum(weights * run.x), 0.1 * jnp.sum(weights * run.friction), 1e3 * run.x[-1]])
+
+    return outcome
+
+
+def _central_difference(outcome: Callable[[Array], Array], point: np.ndarray, index: int) -> np.ndarray:
+    """The fourth-order central difference, of a ladder of step sizes the one that agrees best with the next:
+    large steps meet events that cross a node of the grid, small ones rounding."""
+    ladder = []
+    for share in 10.0 ** np.arange(-4.5, -7.1, -0.25):
+        shift = np.zeros_like(point)
+        shift[index] = share * max(abs(point[index]), 1e-3)
+        near, far = (
+            np.asarray(outcome(jnp.asarray(point + n * shift)) - outcome(jnp.asarray(point - n * shift)))
+            for n in (1, 2)
+        )
+        ladder.append((8 * near - far) / (12 * shift[index]))
+    spread = [np.abs(a - b).max() for a, b in itertools.pairwise(ladder)]
+    return ladder[int(np.argmin(spread)) + 1]
+
+
+@pytest.mark.parametrize(
+    ("contact", "ratio"),
+    [
+        (LoadedContact, 0.326),
+        (LoadedContact, 0.046),
+        (SmoothContact, 0.326),
+        (SmoothContact, 0.046),
+        (PaperContact, 0.326),
+    ],
+)
+def test_forward_is_reverse_is_central_difference(contact: type[AbstractContact], ratio: float) -> None:
+    """For every constant and the initial state, over 1.2 cycles: two stops, and ten at the low ratio.
+
+    The paper's contact at the low ratio is chaotic, where no derivative means anything.
+    """
+    drive = rig1987.drive(ratio)
+    samples = int(1.2 / drive.frequency / INTERVAL)
+    outcome = jax.jit(_outcome(twin(RIG, drive, contact), samples))
+    point = jnp.asarray(POINT)
+    forward = np.asarray(jax.jit(jax.jacfwd(outcome))(point))
+    reverse = np.asarray(jax.jit(jax.jacrev(outcome))(point))
+    scale = np.abs(forward).max(axis=0)
+    assert np.all(scale > 0)
+    assert np.abs(forward - reverse).max(axis=0) == pytest.approx(0, abs=1e-10 * scale.max())
+    for index in range(len(POINT)):
+        difference = _central_difference(outcome, POINT, index)
+        print(index, np.abs(difference - forward[:, index]).max() / scale[index])
+        gap = np.abs(difference - forward[:, index]).max() / scale[index]
+        assert gap < (1e-6 if ratio > 0.1 else 1e-5), f"{index}: {gap:.1e}"
+
+
+def test_derivatives_under_vmap_are_those_of_each_lane() -> None:
+    """Forward and reverse, lanes over frequency: vmap of a derivative is the derivative of each lane."""
+    ratios = jnp.array([0.1, 0.326, 0.7, 1.0])
+    base = twin(RIG, rig1987.drive(0.326))
+
+    def last(point: Array, ratio: Array) -> Array:
+        changed = with_values(base, {"frequency": ratio * rig1987.NATURAL_FREQUENCY})
+        return _outcome(changed, 300)(point)[0]
+
+    point = jnp.asarray(POINT)
+    together_forward = jax.jit(jax.vmap(jax.jacfwd(last), in_axes=(None, 0)))(point, ratios)
+    together_reverse = jax.jit(jax.vmap(jax.grad(last), in_axes=(None, 0)))(point, ratios)
+    alone = jnp.stack([jax.jit(jax.grad(last))(point, ratio) for ratio in ratios])
+    np.testing.assert_allclose(together_forward, alone, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(together_reverse, alone, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 1.0, 1.5])
+@pytest.mark.parametrize("decay", [1.0, 30.0, 1000.0])
+@pytest.mark.parametrize("stiffness", [10.0, 50.0, 1000.0])
+def test_no_dead_gradient(share: float, decay: float, stiffness: float) -> None:
+    """Every constant moves the record, across the range of constants in which the paper's rig slips at all.
+
+    Friction from 0.1 to 1.5 times the paper's, B from 1 to 1000 s/m, k1 from 10 K to 1000 K, at two
+    frequencies together.
+    """
+    rig = replace(
+        RIG, A=share * RIG.A, C=share * RIG.C, B=decay, D=1e-3, k1=stiffness * RIG.stiffness
+    )
+    point = jnp.asarray([rig.A, rig.B, rig.C, rig.D, rig.k1, 0.0, 0.0, 0.0])
+    jacobians = [
+        jax.jit(jax.jacfwd(_outcome(twin(rig, rig1987.drive(ratio)), 600)))(point) for ratio in (0.19, 0.8)
+    ]
+    slope = np.abs(np.asarray(jacobians)).max(axis=(0, 1))[:5] * np.asarray(point)[:5]
+    assert np.all(np.isfinite(jacobians))
+    assert np.all(slope > 1e-9), slope
