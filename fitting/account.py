@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.lanes import Lanes, Misfit
-from fitting.newton import settle, unstick
+from fitting.lanes import Lanes
+from fitting.newton import OUTLIER, Solution, settle, unstick
 from fitting.problem import Problem
 from fitting.progress import Progress
 from fitting.result import FreeRun, Gap, Trace
 from fitting.segments import Segment, cut, lay_out
 from fitting.signals import Signals
-from fitting.stage import Stage
+from fitting.stage import Stage, unit
 
 
 @dataclasses.dataclass(frozen=True)
@@ -26,63 +27,103 @@ class Account:
     traces: tuple[Trace, ...]
 
 
-def account_for(problem: Problem, last: Stage, coordinates: np.ndarray, progress: Progress) -> Account:
-    """The account of every run, held out or not, at these coordinates of the unknowns.
+def account_for(problem: Problem, last: Stage, solution: Solution, progress: Progress) -> Account:
+    """The account of every run, held out or not, at a solution.
 
-    Segments as long as those of the last stage get the starts that suit them best; the free run of a record
-    begins as its first segment does and never looks at the record again.
+    Runs that were fitted keep the segments and starts of the last stage; those held out are cut likewise and
+    get the starts that suit them best. The free run of a record begins as its first segment does and never
+    looks at the record again.
     """
     progress.stage("free runs", 2)
-    signals, rig, misfit = problem.signals, problem.dataset.rig, last.misfit
-    force, substeps = problem.scale.force, last.lanes.substeps
-    segments = cut(signals, last.length)
-    lanes = lay_out(signals, segments, rig, force, substeps)
-    starts, cost = settle(misfit, lanes, coordinates, np.asarray(lanes.start))
-    freed = unstick(misfit, lanes, coordinates, starts, cost)
-    if freed is not None:
-        starts, cost = settle(misfit, lanes, coordinates, freed)
-    share = cost / lanes.counted()
-    excluded = share > 4 * np.median(share)
-    pieces = _predict(misfit, lanes, coordinates, starts)
+    coordinates, misfit = solution.coordinates, last.misfit
+    fitted = _joined(last.segments, *misfit.predict(last.lanes, _each(coordinates, last.lanes), solution.starts))
+    starts = [solution.starts[_first(last.segments, number)] for number in range(len(problem.chosen))]
+    held = tuple(signal for signal in problem.signals if signal.run.hold_out)
+    segments, poor = [], np.zeros(0, bool)
+    if held:
+        segments, lanes, best, poor = _held_out(problem, held, last, coordinates)
+        fitted += _joined(segments, *misfit.predict(lanes, _each(coordinates, lanes), best))
+        starts += [best[_first(segments, number)] for number in range(len(held))]
+    cuts = [*_cuts(last.segments, solution.weights < 0.5), *_cuts(segments, poor)]
     progress.advance("segments")
+
+    signals = (*problem.chosen, *held)
     whole = [Segment(number, 0, len(signal.run.time)) for number, signal in enumerate(signals)]
-    records = lay_out(signals, whole, rig, force, substeps)
-    first = [
-        next(i for i, segment in enumerate(segments) if segment.run == number)
-        for number in range(len(signals))
-    ]
-    free = _predict(misfit, records, coordinates, starts[first])
+    records = lay_out(signals, whole, problem.dataset.rig, problem.scale.force, last.lanes.substeps)
+    free = _joined(whole, *misfit.predict(records, _each(coordinates, records), np.array(starts)))
     progress.advance("records")
-
-    traces = []
-    for number, signal in enumerate(signals):
-        mine = [i for i, segment in enumerate(segments) if segment.run == number]
-        samples = len(signal.run.time)
-        joined = [
-            np.concatenate([channel[i, : segments[i].last - segments[i].first] for i in mine])
-            for channel in pieces
-        ]
-        traces.append(
-            Trace(
-                run=signal.run,
-                velocity=signal.velocity,
-                displacement=joined[0],
-                friction=joined[1],
-                free_displacement=free[0][number, :samples],
-                free_friction=free[1][number, :samples],
-                segment_starts=np.array([segments[i].first for i in mine]),
-                excluded=excluded[mine],
-            )
+    traces = [
+        Trace(
+            run=signal.run,
+            velocity=signal.velocity,
+            displacement=piecewise[0],
+            friction=piecewise[1],
+            free_displacement=through[0],
+            free_friction=through[1],
+            segment_starts=where[0],
+            excluded=where[1],
         )
-    gaps = [gap for trace, signal in zip(traces, signals, strict=True) for gap in _gaps(trace, signal)]
-    errors = [_free_run(trace, signal) for trace, signal in zip(traces, signals, strict=True)]
-    return Account(tuple(gaps), tuple(errors), tuple(traces))
+        for signal, piecewise, through, where in zip(signals, fitted, free, cuts, strict=True)
+    ]
+    order = {signal.run.file: number for number, signal in enumerate(problem.signals)}
+    pairs = sorted(zip(traces, signals, strict=True), key=lambda pair: order[pair[1].run.file])
+    return Account(
+        gaps=tuple(gap for trace, signal in pairs for gap in _gaps(trace, signal)),
+        free_runs=tuple(_free_run(trace, signal) for trace, signal in pairs),
+        traces=tuple(trace for trace, _ in pairs),
+    )
 
 
-def _predict(
-    misfit: Misfit, lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    return misfit.predict(lanes, np.broadcast_to(coordinates, (len(lanes), len(coordinates))), starts)
+def _held_out(
+    problem: Problem, held: tuple[Signals, ...], last: Stage, coordinates: np.ndarray
+) -> tuple[list[Segment], Lanes, np.ndarray, np.ndarray]:
+    """Segments, lanes and best starts of runs that were not fitted, by way of the shortest segments, and
+    which segments stay far worse than the rest."""
+    settled: dict[tuple[int, int], np.ndarray] = {}
+    for group in (1, last.group):
+        segments = cut(held, unit(problem), group)
+        lanes = lay_out(held, segments, problem.dataset.rig, problem.scale.force, last.lanes.substeps)
+        prior = np.asarray(lanes.start)
+        starts = np.array([settled.get((s.run, s.first), prior[i]) for i, s in enumerate(segments)])
+        starts, cost = settle(last.misfit, lanes, coordinates, starts)
+        freed = unstick(last.misfit, lanes, coordinates, starts, cost)
+        if freed is not None:
+            starts, cost = settle(last.misfit, lanes, coordinates, freed)
+        share = cost / lanes.counted()
+        settled = {(s.run, s.first): start for s, start in zip(segments, starts, strict=True)}
+    return segments, lanes, starts, share > OUTLIER**2 * np.median(share)
+
+
+def _cuts(segments: Sequence[Segment], poor: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Where the segments of each run begin, and which of them count little."""
+    runs: dict[int, list[int]] = {}
+    for index, segment in enumerate(segments):
+        runs.setdefault(segment.run, []).append(index)
+    return [
+        (np.array([segments[i].first for i in mine]), np.asarray(poor)[mine]) for _, mine in sorted(runs.items())
+    ]
+
+
+def _first(segments: Sequence[Segment], run: int) -> int:
+    return next(index for index, segment in enumerate(segments) if segment.run == run)
+
+
+def _each(coordinates: np.ndarray, lanes: Lanes) -> np.ndarray:
+    return np.broadcast_to(coordinates, (len(lanes), len(coordinates)))
+
+
+def _joined(
+    segments: Sequence[Segment], displacement: np.ndarray, friction: np.ndarray
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Displacement and friction of every run, its segments put end to end."""
+    runs: dict[int, list[int]] = {}
+    for index, segment in enumerate(segments):
+        runs.setdefault(segment.run, []).append(index)
+
+    def join(channel: np.ndarray, mine: list[int]) -> np.ndarray:
+        return np.concatenate([channel[i, : segments[i].last - segments[i].first] for i in mine])
+
+    return [(join(displacement, mine), join(friction, mine)) for _, mine in sorted(runs.items())]
 
 
 def _rms(values: np.ndarray) -> float:

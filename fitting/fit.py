@@ -14,15 +14,17 @@ from fitting.newton import Robust, Solution
 from fitting.problem import CONSTANTS, Problem, beginnings, pose, scatter
 from fitting.progress import Progress, Silent
 from fitting.result import Constant, Fit
-from fitting.search import FINALISTS, descend_from, finish
+from fitting.search import FINALISTS, descend_from, finish, refine
 from fitting.settings import Settings
-from fitting.stage import Stage, lengths, stage, steps
+from fitting.stage import SHORTEST, Stage, ladder, stage, steps
 from fitting.uncertainty import spread
 from fitting.unknowns import Unknown
 from jaxstick.record import AssumedConstants, DataSet
 
-COARSER = 1.25
-FEW_LANES = 8
+PARTING = 1.15
+"""By what factor chi-square per degree of freedom may grow with longer segments before the model is said to
+part from the record."""
+STARTS = 3
 WIDE = 30
 
 
@@ -44,7 +46,7 @@ def fit(dataset: DataSet, settings: Settings | None = None, progress: Progress |
         _constant(unknown, at, spot, dataset.assumed)
         for unknown, at, spot in zip(problem.unknowns.members, solution.coordinates, found, strict=True)
     ]
-    account = account_for(problem, last, solution.coordinates, progress)
+    account = account_for(problem, last, solution, progress)
     return Fit(
         outcome="converged" if solution.converged else "the least-squares search did not converge",
         constants=tuple(constants[: len(CONSTANTS)]),
@@ -55,6 +57,7 @@ def fit(dataset: DataSet, settings: Settings | None = None, progress: Progress |
         chi2_per_sample=float(solution.linear.cost.sum() / last.lanes.counted().sum()),
         excluded_segments=int(np.sum(solution.weights < 0.5)),
         segments=len(last.lanes),
+        horizon_periods=None if last.group is None else SHORTEST * last.group,
         traces=account.traces,
         descent=descent.history,
         finish=solution.history,
@@ -66,29 +69,45 @@ def fit(dataset: DataSet, settings: Settings | None = None, progress: Progress |
 
 def _search(problem: Problem, settings: Settings, progress: Progress) -> tuple[Stage, Descent, Solution]:
     """The best constants: on short segments from many points, then on longer ones up to the horizon."""
-    ladder = lengths(problem, settings.horizon)
-    k1 = problem.opening["k1"]
-    here = stage(problem, ladder[0], k1, settings)
+    rungs = ladder(problem, settings.horizon)
+    here = stage(problem, rungs[0], problem.opening["k1"], settings)
     descent = descend_from(here, beginnings(problem, settings), settings, progress)
     points = descent.coordinates[np.argsort(descent.loss)[:FINALISTS]]
     solution = finish(here, points, progress)
-    for length in ladder:
-        k1 = problem.unknowns.values(solution.coordinates)["k1"]
-        finer = steps(problem, k1, settings) > COARSER * here.lanes.substeps
-        if length != here.length or finer:
-            here = stage(problem, length, k1, settings)
-            solution = finish(here, _candidates(problem, here, solution, settings), progress)
+    for group in rungs[1:]:
+        longer = stage(problem, group, _k1(problem, solution), settings)
+        if group is None:
+            points = _around(problem, solution, settings)
+            found = finish(longer, points, progress)
+        else:
+            found = refine(longer, solution.coordinates, longer.starts_from(here, solution.starts), progress)
+            if _misfit(longer, found) > PARTING * _misfit(here, solution):
+                break
+        here, solution = longer, found
+    if steps(problem, here.group, _k1(problem, solution), settings) > here.lanes.substeps:
+        here = stage(problem, here.group, _k1(problem, solution), settings)
+        solution = refine(here, solution.coordinates, solution.starts, progress)
     return here, descent, solution
 
 
-def _candidates(problem: Problem, here: Stage, solution: Solution, settings: Settings) -> np.ndarray:
-    """Where a later stage begins: at the solution so far and, where few and long lanes make the misfit
-    rugged, at points scattered around it and around those of the first stage."""
-    at = solution.coordinates[None]
-    if len(here.lanes) > FEW_LANES:
-        return at
-    around = scatter(problem, solution.coordinates, WIDE // 2, settings.seed)
-    return np.concatenate([at, around, scatter(problem, beginnings(problem, settings)[0], WIDE // 2, settings.seed + 1)])
+def _k1(problem: Problem, solution: Solution) -> float:
+    return problem.unknowns.values(solution.coordinates)["k1"]
+
+
+def _misfit(here: Stage, solution: Solution) -> float:
+    """Chi-square per degree of freedom, the typical segment's."""
+    return float(np.median(solution.linear.cost / (here.lanes.counted() - STARTS)))
+
+
+def _around(problem: Problem, solution: Solution, settings: Settings) -> np.ndarray:
+    """Where searches on whole records begin, whose misfit is rugged: at the solution so far, around it and
+    around what was read off the data."""
+    first = beginnings(problem, settings)[0]
+    around = [
+        scatter(problem, at, WIDE // 2, settings.seed + number)
+        for number, at in enumerate((solution.coordinates, first))
+    ]
+    return np.concatenate([solution.coordinates[None], *around])
 
 
 def _intervals(last: Stage, solution: Solution, progress: Progress) -> list[Interval]:

@@ -68,7 +68,10 @@ class FreeRun:
 
 @dataclasses.dataclass(frozen=True)
 class Fit:
-    """The outcome of a fit; `constants` are A, B, C, D, k1 and `others` what else was free."""
+    """The outcome of a fit; `constants` are A, B, C, D, k1 and `others` what else was free.
+
+    `horizon_periods` is the length of the segments of the last stage in natural periods, None for whole runs.
+    """
 
     outcome: str
     constants: tuple[Constant, ...]
@@ -79,6 +82,7 @@ class Fit:
     chi2_per_sample: float
     excluded_segments: int
     segments: int
+    horizon_periods: float | None
     traces: tuple[Trace, ...]
     descent: np.ndarray
     finish: tuple[float, ...]

@@ -118,7 +118,9 @@ def _table(trace: Trace) -> str:
     given = {name: np.asarray(values) for name, values in columns.items() if values is not None}
     excluded = np.asarray(trace.excluded)[segment].astype(int)
     lines = [",".join(["time_s", *given, "segment", "excluded"])]
-    for row in zip(run.time, *given.values(), segment, excluded, strict=True):
+    for row in zip(
+        *(column.tolist() for column in (run.time, *given.values(), segment, excluded)), strict=True
+    ):
         time, *values, piece, out = row
         lines.append(f"{time!r},{','.join(f'{value:.9g}' for value in values)},{piece},{out}")
     return "\n".join(lines) + "\n"

@@ -12,7 +12,7 @@ from fitting.stage import Stage
 
 DESCENT_LANES = 48
 FINALISTS = 3
-ATTEMPTS = 3
+ATTEMPTS = 2
 ROUGH = 12
 
 
@@ -31,7 +31,7 @@ def descend_from(stage: Stage, points: np.ndarray, settings: Settings, progress:
 
 def finish(stage: Stage, points: np.ndarray, progress: Progress) -> Solution:
     """Least squares over all lanes: roughly from each point, then to the end from the best of them."""
-    progress.stage("least squares", ROUGH + 15)
+    progress.stage("least squares, roughly", ROUGH)
     misfit, lanes = stage.misfit, stage.lanes
 
     def tell(cost: float) -> None:
@@ -42,7 +42,19 @@ def finish(stage: Stage, points: np.ndarray, progress: Progress) -> Solution:
     starts = starts.reshape(len(points), len(lanes), -1)
     rough = solve(misfit, lanes, points, starts, iterations=ROUGH, tolerance=1.0, progress=tell)
     leader = min(rough, key=lambda solution: solution.cost)
-    (best,) = solve(misfit, lanes, leader.coordinates[None], leader.starts[None], progress=tell)
+    return refine(stage, leader.coordinates, leader.starts, progress)
+
+
+def refine(stage: Stage, coordinates: np.ndarray, starts: np.ndarray, progress: Progress) -> Solution:
+    """Least squares over all lanes from one point, to the end; segments caught on the wrong side of an event
+    are freed on the way."""
+    misfit, lanes = stage.misfit, stage.lanes
+    progress.stage("least squares", 15)
+
+    def tell(cost: float) -> None:
+        progress.advance(f"chi2 {cost:.6g}")
+
+    (best,) = solve(misfit, lanes, coordinates[None], starts[None], progress=tell)
     for attempt in range(ATTEMPTS):
         starts = unstick(misfit, lanes, best.coordinates, best.starts, best.linear.cost, seed=attempt)
         if starts is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -29,22 +30,26 @@ class Segment:
     last: int
 
 
-def cut(signals: Sequence[Signals], length: float | None) -> list[Segment]:
-    """Segments of about `length` seconds that cover every run; whole runs where it is None.
+def cut(signals: Sequence[Signals], unit: float, group: int | None) -> list[Segment]:
+    """Segments that cover every run: `group` units of about `unit` seconds each; whole runs where None.
 
-    Raises UserError for a run with fewer samples than a segment needs.
+    The edges of units do not depend on the group, so that every long segment begins where a short one does.
+
+    Raises UserError for a run too short for a single unit.
     """
     segments = []
     for number, signal in enumerate(signals):
         samples = len(signal.run.time)
-        wanted = samples if length is None else max(LEAST_SAMPLES, round(length / signal.run.interval))
-        if samples < wanted or samples < LEAST_SAMPLES:
+        if samples < LEAST_SAMPLES:
             raise UserError(
-                f"{signal.run.file}: {samples} samples are fewer than one segment of {wanted} samples; "
-                "record longer or cut the run from rig.toml."
+                f"{signal.run.file}: {samples} samples are fewer than a segment of {LEAST_SAMPLES} samples needs; "
+                "record longer or take the run out of rig.toml."
             )
-        edges = np.linspace(0, samples, samples // wanted + 1).round().astype(int)
-        segments += [Segment(number, int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        units = max(1, samples // max(LEAST_SAMPLES, round(unit / signal.run.interval)))
+        fine = np.linspace(0, samples, units + 1).round().astype(int)
+        whole = 1 if group is None else max(1, round(units / group))
+        edges = fine[np.linspace(0, units, whole + 1).round().astype(int)]
+        segments += [Segment(number, int(a), int(b)) for a, b in itertools.pairwise(edges)]
     return segments
 
 

@@ -10,13 +10,15 @@ import os
 class Settings:
     """How a fit is done.
 
-    horizon: length of a segment in natural periods of the rig (in hundreds of samples where it has no
-    springs), None for whole records; effects: keys of effects that take part; free: rig parameters that are
-    fitted too, under a prior around their stated values; starts: how many descents; descent_iterations each;
-    resolution: integration steps on one ring of the contact; seed of the random starts; workers: threads.
+    horizon: the longest segments, in natural periods of the rig (in hundreds of samples where it has no
+    springs). The fit works its way up to them and stops earlier where the model cannot follow the record so
+    far; None is the whole record, followed or not. effects: keys of effects that take part; free: rig
+    parameters that are fitted too, under a prior around their stated values; starts: how many descents;
+    descent_iterations each; resolution: integration steps on one ring of the contact in the shortest
+    segments; seed of the random starts; workers: threads.
     """
 
-    horizon: float | None = 1.0
+    horizon: float | None = 16.0
     effects: tuple[str, ...] = ()
     free: tuple[str, ...] = ()
     starts: int = 6

@@ -8,10 +8,14 @@ import math
 import numpy as np
 from scipy.signal import savgol_coeffs, savgol_filter
 
+from jaxstick.formats.harmonic import fit_harmonic
 from jaxstick.noise import estimate_noise
 from jaxstick.record import KnownRig, Noise, Run
 
 Samples = np.ndarray
+ORDERS = 7
+LEAST_CYCLES = 1.5
+NOISE_EXCESS = 1.1
 
 
 @dataclasses.dataclass(frozen=True)
@@ -66,13 +70,32 @@ def read_signals(run: Run, noise: Noise) -> Signals:
 def excitation(run: Run, time: Samples) -> tuple[Samples, Samples]:
     """Base displacement [m] and applied force [N] of a run at its sample times (zero where it has none).
 
-    A base that was not recorded is base_amplitude sin(2 pi frequency t + phase).
+    A base that was not recorded is base_amplitude sin(2 pi frequency t + phase). A recorded one is replaced
+    by its own Fourier series where that leaves no more than the channel's noise, which would otherwise shake
+    the simulated contact.
     """
     zero = np.zeros_like(time)
-    base = zero if run.base is None else run.base
-    if run.base is None and run.frequency is not None and run.base_amplitude is not None:
+    base = zero
+    if run.base is not None:
+        base = _periodic(run.time, run.base)
+    elif run.frequency is not None and run.base_amplitude is not None:
         base = run.base_amplitude * np.sin(2 * math.pi * run.frequency * time + run.base_phase)
     return base, zero if run.force is None else run.force
+
+
+def _periodic(time: Samples, base: Samples) -> Samples:
+    """The Fourier series of the base up to order `ORDERS`, or the base itself where it is not periodic."""
+    span = time[-1] - time[0]
+    frequency = fit_harmonic(time, base).frequency
+    if not frequency * span >= LEAST_CYCLES:
+        return base
+    angle = 2 * math.pi * frequency * (time - time[0])
+    orders = np.arange(1, ORDERS + 1)
+    waves = [np.ones((len(time), 1)), np.cos(np.outer(angle, orders)), np.sin(np.outer(angle, orders))]
+    design = np.concatenate(waves, axis=1)
+    series = design @ np.linalg.lstsq(design, base, rcond=None)[0]
+    left = math.sqrt(np.mean((base - series) ** 2))
+    return series if left < NOISE_EXCESS * estimate_noise(base) else base
 
 
 def natural_period(rig: KnownRig) -> float | None:

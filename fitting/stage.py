@@ -14,54 +14,77 @@ from fitting.settings import Settings
 from jaxstick.simulate import shortest_period, substeps
 
 CLUSTER_PERIODS = 5.0
-MOST_SUBSTEPS = 64
+SHORTEST = 0.25
+GROWTH = 8
+SUBSTEPS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)
+"""The numbers of integration steps a sample that are used: few, so that programs need not be compiled anew."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Stage:
-    """Segments of about `length` seconds (whole runs where None), as lanes with their compiled misfit.
+    """Segments of `group` units, a quarter of a natural period each (whole runs where None), as lanes with
+    their compiled misfit.
 
     `clusters` numbers stretches of runs whose errors may be correlated: one number a lane and block, where a
     lane is cut into `blocks` equal blocks of samples.
     """
 
-    length: float | None
+    group: int | None
     segments: tuple[Segment, ...]
     lanes: Lanes
     misfit: Misfit
     blocks: int
     clusters: np.ndarray
 
-
-def lengths(problem: Problem, horizon: float | None) -> list[float | None]:
-    """The lengths of segments on the way to the horizon: from one natural period on, each four times the
-    last, so that the last stage, often full of local minima, begins in the right basin."""
-    longest = max(signal.run.interval * len(signal.run.time) for signal in problem.chosen)
-    periods = longest / problem.period if horizon is None else horizon
-    steps = max(0, math.ceil(math.log(max(periods, 1.0), 4) - 0.5))
-    ladder: list[float | None] = [problem.period * min(1.0, periods) * 4.0**i for i in range(steps)]
-    return [*ladder, None if horizon is None else horizon * problem.period]
+    def starts_from(self, before: Stage, starts: np.ndarray) -> np.ndarray:
+        """Starts of this stage's lanes: those that a stage of shorter segments found at the same samples, or
+        the lanes' own prior where it has none."""
+        known = {(s.run, s.first): start for s, start in zip(before.segments, starts, strict=True)}
+        prior = np.asarray(self.lanes.start)
+        return np.array([known.get((s.run, s.first), prior[i]) for i, s in enumerate(self.segments)])
 
 
-def stage(problem: Problem, length: float | None, k1: float, settings: Settings) -> Stage:
-    """The stage with segments of this length; the integration step is chosen for a contact of stiffness k1.
+def unit(problem: Problem) -> float:
+    """The length of the shortest segments [s], in which the misfit has hardly any local minima."""
+    return SHORTEST * problem.period
+
+
+def ladder(problem: Problem, horizon: float | None) -> list[int | None]:
+    """The groups of units on the way to the horizon: each `GROWTH` times the last, none longer than the
+    shortest run; the whole run last where the horizon is None."""
+    spans = [signal.run.interval * len(signal.run.time) for signal in problem.chosen]
+    longest = max(spans) if horizon is None else min(horizon * problem.period, min(spans))
+    last = max(1, round(longest / unit(problem)))
+    groups: list[int | None] = []
+    group = 1
+    while group * math.sqrt(GROWTH) < last:
+        groups.append(group)
+        group *= GROWTH
+    return [*groups, None if horizon is None else last]
+
+
+def stage(problem: Problem, group: int | None, k1: float, settings: Settings) -> Stage:
+    """The stage with these segments; the integration step is chosen for a contact of stiffness k1.
 
     Raises UserError for a run with fewer samples than a segment.
     """
     chosen = problem.chosen
-    segments = cut(chosen, length)
-    lanes = lay_out(chosen, segments, problem.dataset.rig, problem.scale.force, steps(problem, k1, settings))
+    segments = cut(chosen, unit(problem), group)
+    number = steps(problem, group, k1, settings)
+    lanes = lay_out(chosen, segments, problem.dataset.rig, problem.scale.force, number)
     misfit = Misfit(problem.hypothesis, problem.unknowns, lanes=len(lanes), workers=settings.workers)
     cluster = CLUSTER_PERIODS * problem.period
     span = max((segment.last - segment.first) * chosen[segment.run].run.interval for segment in segments)
     blocks = max(1, round(span / cluster))
-    return Stage(
-        length, tuple(segments), lanes, misfit, blocks, _clusters(problem, segments, blocks, cluster)
-    )
+    clusters = _clusters(problem, segments, blocks, cluster)
+    return Stage(group, tuple(segments), lanes, misfit, blocks, clusters)
 
 
-def steps(problem: Problem, k1: float, settings: Settings) -> int:
-    """Integration steps a sample for a contact of stiffness k1 [N/m].
+def steps(problem: Problem, group: int | None, k1: float, settings: Settings) -> int:
+    """Integration steps a sample for segments of `group` units and a contact of stiffness k1 [N/m].
+
+    The longer the segments, the more they tell and the finer the steps must be: the resolution grows with
+    the fourth root of the length, from what `settings` says at a quarter of a natural period on.
 
     Where friction was not recorded, a contact so stiff that its deflection drowns in the noise of the
     displacement need not have its ring resolved.
@@ -72,7 +95,10 @@ def steps(problem: Problem, k1: float, settings: Settings) -> int:
     contact = dataclasses.replace(nominal.contact, k1=k1)
     period = shortest_period(dataclasses.replace(nominal, contact=contact))
     interval = max(signal.run.interval for signal in problem.chosen)
-    return min(substeps(interval, period, settings.resolution), MOST_SUBSTEPS)
+    units = interval * max(len(signal.run.time) for signal in problem.chosen) / unit(problem)
+    growth = max(1.0, units if group is None else group) ** 0.25
+    wanted = substeps(interval, period, settings.resolution * growth)
+    return next((number for number in SUBSTEPS if number >= wanted), SUBSTEPS[-1])
 
 
 def _clusters(problem: Problem, segments: list[Segment], blocks: int, length: float) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,9 @@ LEAST_PERIODS = 0.15
 
 LEAST_CYCLES = 0.02
 """Where there is no natural period (a mass without springs): at least this share of the cycle."""
+
+FINER = (1, 2, 4)
+"""The band is tried whole, halved and quartered."""
 
 WIDER = 4.0
 FLATNESS = 1.8
@@ -52,12 +56,12 @@ def outcome(
     [Hz], the latter 0 without springs; cycles: how many of the last ones to look at, by default all.
 
     A stop is a stretch in which the mass stays within 1.5 % of its amplitude around one place for at least
-    0.15 natural periods and which is flatter than a turning point: x = a t^2 / 2 stays in a band of width b for a
-    time that grows as sqrt(b), twice as long in a band four times as wide, while a stop ends where the
+    0.15 natural periods and which is flatter than a turning point: x = a t^2 / 2 stays in a band of width b
+    for a time that grows as sqrt(b), twice as long in a band four times as wide, while a stop ends where the
     slips beside it begin. The limit of 1.8 lies between that 2 and the 4^(1/3) = 1.6 of a slip that just
-    touches standstill, x = c t^3, and counts as a stop. Stops with less slip between them than the band are
-    one, so that the ring of the contact does not divide a stop. A mass that never slips moves with its
-    contact as smoothly as any and counts no stop.
+    touches standstill, x = c t^3, and counts as a stop. The band is tried whole, which a ringing contact
+    asks for, and halved and quartered, which slips shorter than four bands ask for. Stops that lie within
+    one band are one. A mass that never slips moves with its contact as smoothly as any and counts no stop.
 
     The cycles are taken as periodic: what runs over the end goes on at the beginning. Before the search the
     motion is averaged over 0.04 natural periods (a 50th of the cycle at most), against noise; the amplitude
@@ -65,7 +69,8 @@ def outcome(
 
     Measured on 102 periodic motions of the rig of 1987 with a rigid contact (frequency ratios 0.03 to 1.2,
     dynamic over static friction 0.80, 0.86 and 0.95) this finds as many stops as there are stick intervals
-    in 96; in the other 6, all at 0.95, a slip is shorter than the band or a slip nearly stops.
+    in 100; in the other 2 a slip nearly stops. Noise of up to 1 permille of the stroke changes no count on
+    that rig.
 
     Raises ValueError where the motion lasts less than one cycle or interval and frequency are not positive.
     """
@@ -103,12 +108,24 @@ def _averaged(samples: NDArray[np.float64], width: float) -> NDArray[np.float64]
 
 
 def _stops(motion: NDArray[np.float64], band: float, least: float) -> list[tuple[int, int]]:
-    """First and last sample of every stop, in order."""
+    """First and last sample of every stop."""
+    taken = np.zeros(len(motion), bool)
+    found: list[tuple[int, int]] = []
+    for finer in FINER:
+        for first, last in _flat(motion, band / finer, least):
+            if not taken[first : last + 1].any():
+                taken[first : last + 1] = True
+                found.append((first, last))
+    return found
+
+
+def _flat(motion: NDArray[np.float64], band: float, least: float) -> Iterator[tuple[int, int]]:
+    """Stretches within the band, the longest first and none over another, that are flatter than a turning
+    point."""
     first, first_wider = _reaching_back(motion, band), _reaching_back(motion, WIDER * band)
     end = np.arange(len(motion))
     length, length_wider = end - first + 1, end - first_wider + 1
     taken = np.zeros(len(motion), bool)
-    found = []
     for last in np.argsort(-length, kind="stable"):
         if length[last] < least:
             break
@@ -117,14 +134,7 @@ def _stops(motion: NDArray[np.float64], band: float, least: float) -> list[tuple
         taken[first[last] : last + 1] = True
         around = (first_wider <= first[last]) & (end >= last)
         if length_wider[around].max() < FLATNESS * length[last]:
-            found.append((int(first[last]), int(last)))
-    joined: list[tuple[int, int]] = []
-    for stop in sorted(found):
-        if joined and np.ptp(motion[joined[-1][1] : stop[0] + 1]) < band:
-            joined[-1] = joined[-1][0], stop[1]
-        else:
-            joined.append(stop)
-    return joined
+            yield int(first[last]), int(last)
 
 
 def _reaching_back(motion: NDArray[np.float64], band: float) -> NDArray[np.int64]:

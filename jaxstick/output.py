@@ -156,8 +156,11 @@ class OutputFolder:
         return place
 
     def write_text(self, name: str, text: str) -> None:
-        """Writes a text file."""
-        self.path(name).write_text(text, encoding="utf-8", newline="\n")
+        """Writes a text file; raises UserError where the operating system refuses."""
+        try:
+            self.path(name).write_text(text, encoding="utf-8", newline="\n")
+        except OSError as error:
+            raise _refused(Path(self._shown) / name, error) from error
 
     def write_json(self, name: str, value: Any) -> None:
         """Writes `to_json(value)`."""

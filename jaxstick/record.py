@@ -353,7 +353,6 @@ def _stated(plan: RunPlan) -> Stated:
         plan.rig.friction_against,
         plan.frequency,
         plan.base_amplitude,
-        plan.base_phase,
     )
 
 

@@ -16,6 +16,9 @@ from jaxstick.formats.words import did_you_mean, listed, shown
 MIN_SAMPLES = 32
 """A record of fewer samples is refused."""
 
+LARGEST = 1e30
+"""Larger numbers, in SI units, are refused: their squares would overflow."""
+
 REQUIRED = ("time", "displacement")
 
 
@@ -54,8 +57,13 @@ def read_channels(path: Path) -> Channels:
         for quantity, samples in table.columns.items()
     }
     for quantity, samples in values.items():
+        name = spelled(quantity, header.units[quantity])
+        largest = np.abs(samples).max()
+        if largest > LARGEST:
+            raise UserError(
+                f"{path}, column {name}: values reach {largest:.3g} (SI), more than any rig shows."
+            )
         if quantity not in ("time", "force") and np.ptp(samples) == 0:
-            name = spelled(quantity, header.units[quantity])
             raise UserError(
                 f"{path}, column {name}: the channel never changes from {samples[0]:.6g} (SI): it is dead."
             )

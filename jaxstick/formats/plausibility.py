@@ -32,14 +32,13 @@ SHORTEST_IN_CYCLES = 0.25
 
 @dataclass(frozen=True)
 class Stated:
-    """What is said of one run: SI; None where nothing is said. phase [rad] of the base at time zero."""
+    """What is said of one run, in SI units; None where nothing is said."""
 
     stiffness: float
     drive_stiffness: float
     friction_against: str
     frequency: float | None
     base_amplitude: float | None
-    base_phase: float
 
 
 def check_record(record: Channels, stated: Stated) -> list[str]:
@@ -198,15 +197,12 @@ def _check_friction(record: Channels, stated: Stated) -> None:
 
 
 def _sliding_velocity(record: Channels, stated: Stated) -> NDArray[np.float64] | None:
-    """Velocity of the mass against the surface that rubs, or None where that surface's motion is unknown."""
+    """Velocity of the mass against the surface that rubs, or None where that surface's motion is not
+    recorded."""
     slip = record.values["displacement"]
     if stated.friction_against == "base":
-        if "base" in record.values:
-            slip = slip - record.values["base"]
-        elif stated.frequency is not None and stated.base_amplitude is not None:
-            angle = 2 * np.pi * stated.frequency * record.time + stated.base_phase
-            slip = slip - stated.base_amplitude * np.sin(angle)
-        else:
+        if "base" not in record.values:
             return None
+        slip = slip - record.values["base"]
     velocity = np.gradient(slip, record.interval)
     return velocity if np.any(velocity) else None

@@ -32,6 +32,9 @@ from jaxstick.formats.words import did_you_mean, listed, shown
 
 MAX_BYTES = 1_000_000
 
+LARGEST = 1e30
+"""Numbers must be smaller, so that their products stay finite."""
+
 SURFACES = ("ground", "base")
 
 RIG: Mapping[str, Units] = {
@@ -254,7 +257,7 @@ class _Reader:
             number = float(value)
         except OverflowError:
             number = math.inf
-        if not math.isfinite(number):
+        if not abs(number) < LARGEST:
             raise UserError(f"{self.where(section, key)} is {shown(value)}; expected is a finite number.")
         if number < 0 and quantity not in MAY_BE_NEGATIVE:
             raise UserError(f"{self.where(section, key)} is {number:g}; it must not be negative.")
