@@ -36,7 +36,9 @@ def account_for(problem: Problem, last: Stage, solution: Solution, progress: Pro
     """
     progress.stage("free runs", 2)
     coordinates, misfit = solution.coordinates, last.misfit
-    fitted = _joined(last.segments, *misfit.predict(last.lanes, _each(coordinates, last.lanes), solution.starts))
+    fitted = _joined(
+        last.segments, *misfit.predict(last.lanes, _each(coordinates, last.lanes), solution.starts)
+    )
     starts = [solution.starts[_first(last.segments, number)] for number in range(len(problem.chosen))]
     held = tuple(signal for signal in problem.signals if signal.run.hold_out)
     segments, poor = [], np.zeros(0, bool)
@@ -100,7 +102,8 @@ def _cuts(segments: Sequence[Segment], poor: np.ndarray) -> list[tuple[np.ndarra
     for index, segment in enumerate(segments):
         runs.setdefault(segment.run, []).append(index)
     return [
-        (np.array([segments[i].first for i in mine]), np.asarray(poor)[mine]) for _, mine in sorted(runs.items())
+        (np.array([segments[i].first for i in mine]), np.asarray(poor)[mine])
+        for _, mine in sorted(runs.items())
     ]
 
 

@@ -67,7 +67,7 @@ def descend(
         weights = 1 / (TOLERANCE * dof * (1 + excess)) / count
         reduced = reduce(linear, len(unknowns), damping=0.1)
         gradient = np.einsum("kl,klp->kp", weights.reshape(k, count), reduced.gradient.reshape(k, count, -1))
-        with jax.enable_x64(True):
+        with jax.enable_x64(True), jax.numpy_dtype_promotion("standard"):
             update, state = optimiser.update(np.nan_to_num(gradient * slope), state)
         stretched = stretched + np.asarray(update)
         step = np.nan_to_num(reduced.start_step)

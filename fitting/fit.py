@@ -9,6 +9,7 @@ import numpy as np
 
 from fitting.account import account_for
 from fitting.descent import Descent
+from fitting.input_noise import input_covariance
 from fitting.intervals import Interval, interval
 from fitting.newton import Robust, Solution
 from fitting.problem import CONSTANTS, Problem, beginnings, pose, scatter
@@ -24,6 +25,8 @@ from jaxstick.record import AssumedConstants, DataSet
 PARTING = 1.15
 """By what factor chi-square per degree of freedom may grow with longer segments before the model is said to
 part from the record."""
+MOST_LOST = 0.4
+"""The share of longer segments that may be lost before the fit stays with the shorter ones."""
 STARTS = 3
 WIDE = 30
 
@@ -41,7 +44,7 @@ def fit(dataset: DataSet, settings: Settings | None = None, progress: Progress |
     progress = progress or Silent()
     problem = pose(dataset, settings)
     last, descent, solution = _search(problem, settings, progress)
-    found = _intervals(last, solution, progress)
+    found = _intervals(problem, last, solution, settings, progress)
     constants = [
         _constant(unknown, at, spot, dataset.assumed)
         for unknown, at, spot in zip(problem.unknowns.members, solution.coordinates, found, strict=True)
@@ -81,11 +84,15 @@ def _search(problem: Problem, settings: Settings, progress: Progress) -> tuple[S
             found = finish(longer, points, progress)
         else:
             found = refine(longer, solution.coordinates, longer.starts_from(here, solution.starts), progress)
-            if _misfit(longer, found) > PARTING * _misfit(here, solution):
+            lost = _lost(longer, found, PARTING * _misfit(here, solution))
+            if lost.mean() > MOST_LOST:
                 break
+            if lost.any():
+                longer, starts = _split(problem, here, solution, longer, found, lost, settings)
+                found = refine(longer, found.coordinates, starts, progress)
         here, solution = longer, found
     if steps(problem, here.group, _k1(problem, solution), settings) > here.lanes.substeps:
-        here = stage(problem, here.group, _k1(problem, solution), settings)
+        here = stage(problem, here.group, _k1(problem, solution), settings, here.segments)
         solution = refine(here, solution.coordinates, solution.starts, progress)
     return here, descent, solution
 
@@ -99,6 +106,36 @@ def _misfit(here: Stage, solution: Solution) -> float:
     return float(np.median(solution.linear.cost / (here.lanes.counted() - STARTS)))
 
 
+def _lost(here: Stage, solution: Solution, level: float) -> np.ndarray:
+    """Which segments the model has lost, on the wrong side of an event or for good: chi-square per degree of
+    freedom beyond `level` by more than chance."""
+    dof = here.lanes.counted() - STARTS
+    return solution.linear.cost / dof > level * (1 + 4 * np.sqrt(2 / dof))
+
+
+def _split(
+    problem: Problem,
+    here: Stage,
+    solution: Solution,
+    longer: Stage,
+    found: Solution,
+    lost: np.ndarray,
+    settings: Settings,
+) -> tuple[Stage, np.ndarray]:
+    """The longer stage with each lost segment put back into the shorter ones it is made of; its starts."""
+    segments, starts = [], []
+    for segment, start, gone in zip(longer.segments, found.starts, lost, strict=True):
+        parts = [
+            (part, own)
+            for part, own in zip(here.segments, solution.starts, strict=True)
+            if gone and part.run == segment.run and segment.first <= part.first < segment.last
+        ]
+        for part, own in parts or [(segment, start)]:
+            segments.append(part)
+            starts.append(own)
+    return stage(problem, longer.group, _k1(problem, found), settings, segments), np.array(starts)
+
+
 def _around(problem: Problem, solution: Solution, settings: Settings) -> np.ndarray:
     """Where searches on whole records begin, whose misfit is rugged: at the solution so far, around it and
     around what was read off the data."""
@@ -110,15 +147,17 @@ def _around(problem: Problem, solution: Solution, settings: Settings) -> np.ndar
     return np.concatenate([solution.coordinates[None], *around])
 
 
-def _intervals(last: Stage, solution: Solution, progress: Progress) -> list[Interval]:
+def _intervals(
+    problem: Problem, last: Stage, solution: Solution, settings: Settings, progress: Progress
+) -> list[Interval]:
     unknowns, lanes = last.misfit.unknowns, last.lanes
     progress.stage("intervals", len(unknowns))
-    free = ~solution.at_bound
-    spreads = spread(last, solution, free), spread(last, solution, np.ones(len(unknowns), bool))
+    common = input_covariance(problem, last, solution, settings.seed)
+    whole = spread(last, solution).widened(common)
     robust = Robust.around(solution.linear.cost, lanes.counted())
     out = []
     for index, name in enumerate(unknowns.names):
-        out.append(interval(last.misfit, lanes, solution, robust, spreads, index))
+        out.append(interval(last.misfit, lanes, solution, robust, whole, index))
         progress.advance(name)
     return out
 

@@ -1,4 +1,4 @@
-"""Intervals of the free parameters: from the covariance where it tells, from the profile where it does not."""
+"""Intervals of the free parameters: from the covariance where it tells, else from the profile."""
 
 from __future__ import annotations
 
@@ -34,30 +34,26 @@ def interval(
     lanes: Lanes,
     solution: Solution,
     robust: Robust,
-    spreads: tuple[Spread, Spread],
+    spread: Spread,
     index: int,
     progress: Callable[[], None] = lambda: None,
 ) -> Interval:
     """The interval of the unknown at `index`.
 
-    `spreads` are the covariances of the unknowns off their bounds and of all unknowns. The covariance serves
-    where the unknown keeps clear of its bounds and its logarithm is known to 0.3; otherwise the profile of
-    the cost is followed outwards until it has risen by t^2 times the inflation of the variance over that of
-    white residuals.
+    The covariance serves where the unknown keeps clear of its bounds and its logarithm is known to 0.3;
+    otherwise the profile of the cost is followed outwards until it has risen by t^2 times the inflation of
+    the variance over that of white residuals.
     """
-    conditional, full = spreads
     unknown = misfit.unknowns.members[index]
     at = float(solution.coordinates[index])
     bounds = float(misfit.unknowns.lower[index]), float(misfit.unknowns.upper[index])
-    resting = bool(solution.at_bound[index])
-    chosen = full if resting else conditional
-    deviation = float(chosen.deviation()[index])
-    reach = float(chosen.quantile()[index]) * deviation
+    deviation = float(spread.deviation()[index])
+    reach = float(spread.quantile()[index]) * deviation
     relative = deviation if unknown.kind == "log" else deviation / max(abs(at), 1e-300)
     clear = at - 1.3 * reach > bounds[0] and at + 1.3 * reach < bounds[1]
-    if not resting and clear and (relative < NEARLY_LINEAR or unknown.lower < 0):
+    if clear and (relative < NEARLY_LINEAR or unknown.lower < 0):
         return Interval(at - reach, at + reach, deviation, "covariance")
-    threshold = float(chosen.quantile()[index]) ** 2 * float(max(chosen.inflation()[index], 1e-12))
+    threshold = float(spread.quantile()[index]) ** 2 * float(max(spread.inflation()[index], 1e-12))
     ends = [
         _crossing(misfit, lanes, solution, robust, index, bound, reach, threshold, progress)
         for bound in bounds

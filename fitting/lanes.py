@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
@@ -13,14 +13,18 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from fitting.unknowns import Chart, Unknowns
 from jaxstick.hypothesis import Hypothesis
 from jaxstick.oscillator import Start
 from jaxstick.parameter import find, replace
 from jaxstick.parts.drive import RecordedDrive
 from jaxstick.simulate import Grid, march
-from fitting.unknowns import Chart, Unknowns
 
 LARGEST_PACK = 512
+
+Lane = Float[Array | np.ndarray, " lanes"]
+Samples = Float[Array | np.ndarray, "lanes samples"]
+Starts = Float[Array | np.ndarray, "lanes 3"]
 
 
 class Lanes(eqx.Module):
@@ -31,16 +35,16 @@ class Lanes(eqx.Module):
     the prior of displacement, velocity and contact force at the first sample.
     """
 
-    rig_shift: dict[str, Float[Array, " lanes"]]
+    rig_shift: Mapping[str, Lane]
     drive: RecordedDrive
-    start_time: Float[Array, " lanes"]
-    interval: Float[Array, " lanes"]
-    displacement: Float[Array, "lanes samples"]
-    friction: Float[Array, "lanes samples"]
-    displacement_weight: Float[Array, "lanes samples"]
-    friction_weight: Float[Array, "lanes samples"]
-    start: Float[Array, "lanes 3"]
-    start_deviation: Float[Array, "lanes 3"]
+    start_time: Lane
+    interval: Lane
+    displacement: Samples
+    friction: Samples
+    displacement_weight: Samples
+    friction_weight: Samples
+    start: Starts
+    start_deviation: Starts
     substeps: int = eqx.field(static=True)
 
     def __len__(self) -> int:
@@ -69,7 +73,8 @@ def lane_oscillator(hypothesis: Hypothesis, lane: Lanes) -> Any:
 
 def lane_prediction(hypothesis: Hypothesis, lane: Lanes, start: Array) -> tuple[Array, Array]:
     """What the instrument reads along one lane: displacement [m] and friction [N], one value a sample."""
-    grid = Grid(lane.start_time, lane.interval, lane.displacement.shape[-1], lane.substeps)
+    origin, interval = jnp.asarray(lane.start_time), jnp.asarray(lane.interval)
+    grid = Grid(origin, interval, lane.displacement.shape[-1], lane.substeps)
     trajectory = march(lane_oscillator(hypothesis, lane), Start(*start), grid)
     return trajectory.displacement, trajectory.friction
 
@@ -112,7 +117,7 @@ class Misfit:
         self._pack = -(-lanes // (workers * rounds))
 
     def linearise(self, lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray) -> Linearisation:
-        """Cost, gradient and curvature of every lane; `coordinates` (lanes, unknowns), `starts` (lanes, 3)."""
+        """Cost, gradient, curvature of every lane; `coordinates` (lanes, unknowns), `starts` (lanes, 3)."""
         return Linearisation(*self._in_packs(_linearise, lanes, coordinates, starts))
 
     def predict(

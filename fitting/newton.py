@@ -11,6 +11,10 @@ from fitting.lanes import Lanes, Linearisation, Misfit
 
 OUTLIER = 4.0
 TRIES = 16
+STUCK = 1e8
+ROUGHNESS = 0.1
+"""A search that finds no lower point has converged if its first step promised less than this share of the
+typical cost a sample: events that cross nodes of the grid make the cost rough on that scale."""
 SCATTER = np.array([0.3, 0.5, 1.0])
 
 
@@ -67,8 +71,8 @@ class Robust:
 
 @dataclasses.dataclass(frozen=True)
 class Solution:
-    """Where the least-squares search ended: coordinates (p), starts (lanes, 3), the linearisation there, the
-    weight of each lane, the total cost with priors, which unknowns rest on a bound, and whether it converged."""
+    """Where a search ended: coordinates (p), starts (lanes, 3), the linearisation there, the weight of each
+    lane, the total cost with priors, which unknowns rest on a bound, and whether it converged."""
 
     coordinates: np.ndarray
     starts: np.ndarray
@@ -90,6 +94,7 @@ class _Search:
     loss: Robust
     cost: float
     damping: float = 1e-3
+    promised: float = 0.0
     at_bound: np.ndarray | None = None
     converged: bool = False
     over: bool = False
@@ -104,7 +109,7 @@ def solve(
     *,
     fixed: np.ndarray | None = None,
     robust: Robust | None = None,
-    iterations: int = 100,
+    iterations: int = 200,
     tolerance: float = 1e-3,
     progress: Callable[[float], None] = lambda cost: None,
 ) -> list[Solution]:
@@ -172,13 +177,22 @@ def _judge(search: _Search, step: _Step, linear: Linearisation, prior: float, to
     gain = search.cost - cost
     small = tolerance * max(search.loss.level, 1e-300)
     if np.isfinite(cost) and gain > 0:
-        search.coordinates, search.starts, search.linear, search.cost = step.coordinates, step.starts, linear, cost
+        search.coordinates, search.starts, search.linear, search.cost = (
+            step.coordinates,
+            step.starts,
+            linear,
+            cost,
+        )
         search.damping = max(search.damping * (0.1 if gain > 0.5 * step.predicted else 0.5), 1e-9)
+        search.promised = 0.0
         search.history.append(cost)
     else:
         search.damping *= 8
+        search.promised = max(search.promised, step.predicted)
     search.converged = step.predicted < small or 0 < gain < small
-    search.over = search.converged or search.damping > 1e8
+    if search.damping > STUCK:
+        search.over, search.converged = True, search.promised < ROUGHNESS * search.loss.level
+    search.over = search.over or search.converged
 
 
 def settle(

@@ -51,7 +51,7 @@ def opening(signals: Sequence[Signals], scale: Scales) -> dict[str, float]:
             least_squares(
                 misfit,
                 [0.2, decay, 0.7, 0.01],
-                bounds=([0, 0.2, 0, 0], [3, 1e3, 3, 3]),
+                bounds=([0, 2, 0, 0], [3, 300, 3, 3]),
                 loss="soft_l1",
                 f_scale=0.05,
             )

@@ -21,6 +21,8 @@ from jaxstick.record import AssumedConstants, DataSet, KnownRig
 CONSTANTS = ("A", "B", "C", "D", "k1")
 PRIOR_SHARE = {"damping": 0.2, "drive_damping": 0.2}
 PRIOR_SHARE_ELSE = 0.02
+TYPICAL_DECAYS = (4.0, 12.0, 40.0)
+"""B times the top speed: weakening over a quarter, a twelfth, a fortieth of the speeds in the data."""
 SCATTER = {"A": 0.7, "B": 0.9, "C": 0.15, "D": 1.0, "k1": 0.7}
 """Standard deviation of the logarithm of random starting values around those read off the data."""
 
@@ -63,8 +65,8 @@ def pose(dataset: DataSet, settings: Settings) -> Problem:
 
 
 def beginnings(problem: Problem, settings: Settings) -> np.ndarray:
-    """Coordinates where the descents begin (starts, unknowns): read off the data, as assumed today, and
-    scattered around the first."""
+    """Coordinates where the descents begin (starts, unknowns): read off the data, as assumed today, typical
+    laws of the friction level read off, and points scattered around the first."""
     hypothesis, unknowns, first = problem.hypothesis, problem.unknowns, problem.opening
     rest = {
         name: float(find(hypothesis, name).of(hypothesis)) for name in unknowns.names if name not in first
@@ -73,12 +75,16 @@ def beginnings(problem: Problem, settings: Settings) -> np.ndarray:
     points = [unknowns.coordinates({**first, **rest})]
     if all(value is not None for value in stated.values()):
         points.append(unknowns.coordinates({**stated, **rest}))
+    for decay in TYPICAL_DECAYS:
+        level = first["A"] + first["C"]
+        typical = {"A": 0.2 * level, "B": decay / problem.scale.speed, "C": 0.8 * level, "D": 0.0}
+        points.append(unknowns.coordinates({**first, **typical, **rest}))
     more = scatter(problem, points[0], settings.starts, settings.seed)
     return np.array([*points, *more][: max(1, settings.starts)])
 
 
 def scatter(problem: Problem, coordinates: np.ndarray, count: int, seed: int) -> np.ndarray:
-    """Random points (count, unknowns) around one: the constants by factors, the rest by tenths of its scale."""
+    """Random points (count, unknowns) around one: the constants by factors, the rest by tenths of scale."""
     random = np.random.default_rng(seed)
     unknowns = problem.unknowns
     points = np.tile(coordinates, (count, 1))
@@ -94,17 +100,17 @@ def scatter(problem: Problem, coordinates: np.ndarray, count: int, seed: int) ->
 
 
 def time_scale(signals: Sequence[Signals]) -> float:
-    """The natural period of the rig [s], of all runs the longest; a hundred samples where it has no springs."""
+    """The natural period of the rig [s], the longest of all runs; 100 samples where it has no springs."""
     return max(natural_period(signal.run.rig) or 100 * signal.run.interval for signal in signals)
 
 
 def _constants(scale: Scales) -> list[Unknown]:
     """A, B, C, D, k1 within bounds set by the force F, speed V and travel X that the data show: A, C and D V
-    up to 3 F; B V from 0.05 to 2000; k1 from F/X to 5000 F/X."""
+    up to 3 F; B V from 0.5 to 2000; k1 from F/X to 5000 F/X."""
     force, speed, travel = scale.force, scale.speed, scale.displacement
     return [
         Unknown("A", "N", 0.0, 3 * force, "linear", force),
-        Unknown("B", "s/m", 0.05 / speed, 2000 / speed, "log"),
+        Unknown("B", "s/m", 0.5 / speed, 2000 / speed, "log"),
         Unknown("C", "N", 0.0, 3 * force, "linear", force),
         Unknown("D", "N s/m", 0.0, 3 * force / speed, "linear", force / speed),
         Unknown("k1", "N/m", force / travel, 5000 * force / travel, "log"),
@@ -112,7 +118,7 @@ def _constants(scale: Scales) -> list[Unknown]:
 
 
 def _of_effects(hypothesis: Hypothesis, scale: Scales) -> list[Unknown]:
-    """The parameters of the effects that take part; those in newtons are bounded by the size of the forces."""
+    """The parameters of the effects that take part; those in newtons are bounded by the size of forces."""
     found = []
     for key, effect in hypothesis.effects.items():
         for place in parameters(effect):

@@ -13,7 +13,7 @@ from jaxstick.record import Run
 
 @dataclasses.dataclass(frozen=True)
 class Constant:
-    """An identified parameter in its own unit; `low` and `high` bound it with 95 %, None where nothing does."""
+    """An identified parameter in its own unit; `low` and `high` bound it with 95 %, None where nothing."""
 
     name: str
     value: float

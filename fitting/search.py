@@ -38,7 +38,9 @@ def finish(stage: Stage, points: np.ndarray, progress: Progress) -> Solution:
         progress.advance(f"chi2 {cost:.6g}")
 
     every = lanes.take(np.tile(np.arange(len(lanes)), len(points)))
-    starts, _ = settle(misfit, every, np.repeat(points, len(lanes), axis=0), np.asarray(every.start), iterations=3)
+    starts, _ = settle(
+        misfit, every, np.repeat(points, len(lanes), axis=0), np.asarray(every.start), iterations=3
+    )
     starts = starts.reshape(len(points), len(lanes), -1)
     rough = solve(misfit, lanes, points, starts, iterations=ROUGH, tolerance=1.0, progress=tell)
     leader = min(rough, key=lambda solution: solution.cost)
@@ -56,8 +58,8 @@ def refine(stage: Stage, coordinates: np.ndarray, starts: np.ndarray, progress: 
 
     (best,) = solve(misfit, lanes, coordinates[None], starts[None], progress=tell)
     for attempt in range(ATTEMPTS):
-        starts = unstick(misfit, lanes, best.coordinates, best.starts, best.linear.cost, seed=attempt)
-        if starts is None:
+        freed = unstick(misfit, lanes, best.coordinates, best.starts, best.linear.cost, seed=attempt)
+        if freed is None:
             break
-        (best,) = solve(misfit, lanes, best.coordinates[None], starts[None], progress=tell)
+        (best,) = solve(misfit, lanes, best.coordinates[None], freed[None], progress=tell)
     return best

@@ -42,7 +42,7 @@ def cut(signals: Sequence[Signals], unit: float, group: int | None) -> list[Segm
         samples = len(signal.run.time)
         if samples < LEAST_SAMPLES:
             raise UserError(
-                f"{signal.run.file}: {samples} samples are fewer than a segment of {LEAST_SAMPLES} samples needs; "
+                f"{signal.run.file}: {samples} samples are fewer than the {LEAST_SAMPLES} of a segment; "
                 "record longer or take the run out of rig.toml."
             )
         units = max(1, samples // max(LEAST_SAMPLES, round(unit / signal.run.interval)))
@@ -69,15 +69,15 @@ def lay_out(
     drive = RecordedDrive(
         start=stacked["start_time"],
         interval=stacked["interval"] / refine,
-        base=stacked["base"],  # pyright: ignore[reportArgumentType]
-        force=stacked["force"],  # pyright: ignore[reportArgumentType]
+        base=stacked["base"],
+        force=stacked["force"],
     )
     shift = {
         name: np.array([getattr(run.rig, name) - getattr(rig, name) for run in runs])
         for name in ("mass", "stiffness", "drive_stiffness", "damping", "drive_damping")
     }
     return Lanes(
-        rig_shift=shift,  # pyright: ignore[reportArgumentType]
+        rig_shift=shift,
         drive=drive,
         start_time=stacked["start_time"],
         interval=stacked["interval"],
@@ -107,7 +107,7 @@ def _drive_pieces(signal: Signals, refine: int) -> tuple[np.ndarray, np.ndarray]
         base = CubicSpline(knots, excitation(signal.run, knots)[0])
     else:
         base = CubicSpline(time, signal.base)
-    return tuple(_on_grid(spline, knots) for spline in (base, CubicSpline(time, signal.force)))
+    return _on_grid(base, knots), _on_grid(CubicSpline(time, signal.force), knots)
 
 
 def _on_grid(spline: CubicSpline, knots: np.ndarray) -> np.ndarray:

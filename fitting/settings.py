@@ -21,7 +21,7 @@ class Settings:
     horizon: float | None = 16.0
     effects: tuple[str, ...] = ()
     free: tuple[str, ...] = ()
-    starts: int = 6
+    starts: int = 8
     descent_iterations: int = 40
     resolution: float = 64.0
     seed: int = 0

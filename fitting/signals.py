@@ -33,8 +33,16 @@ class Signals:
     friction: Samples
     displacement_noise: float
     friction_noise: float | None
+    base_noise: float
     velocity_deviation: float
     friction_deviation: float
+
+    def redrawn(self, random: np.random.Generator) -> Signals:
+        """The same signals with another draw of the base's noise, read off as the record itself was."""
+        if self.base_noise == 0:
+            return self
+        noise = self.base_noise * random.standard_normal(len(self.base))
+        return dataclasses.replace(self, base=_periodic(self.run.time, self.base + noise))
 
 
 def read_signals(run: Run, noise: Noise) -> Signals:
@@ -44,9 +52,10 @@ def read_signals(run: Run, noise: Noise) -> Signals:
     friction_noise = None
     if run.friction is not None:
         friction_noise = noise.friction or estimate_noise(run.friction)
+    base_noise = 0.0 if run.base is None else noise.base or estimate_noise(run.base)
     base, force = excitation(run, run.time)
     window = _window(natural_period(run.rig) or 100 * dt, dt, len(run.time))
-    velocity = savgol_filter(run.displacement, window, 2, deriv=1, delta=dt)
+    velocity = np.asarray(savgol_filter(run.displacement, window, 2, deriv=1, delta=dt))
     velocity_deviation = displacement_noise * math.sqrt(
         np.sum(savgol_coeffs(window, 2, deriv=1, delta=dt) ** 2)
     )
@@ -62,6 +71,7 @@ def read_signals(run: Run, noise: Noise) -> Signals:
         friction,
         displacement_noise,
         friction_noise,
+        base_noise,
         velocity_deviation,
         friction_deviation,
     )
@@ -114,8 +124,8 @@ def _balance(
 ) -> tuple[Samples, float]:
     rig, dt = run.rig, run.interval
     wide = min(2 * window + 1, len(run.time) - 1 + len(run.time) % 2)
-    acceleration = savgol_filter(run.displacement, wide, 3, deriv=2, delta=dt)
-    base_rate = savgol_filter(base, window, 2, deriv=1, delta=dt)
+    acceleration = np.asarray(savgol_filter(run.displacement, wide, 3, deriv=2, delta=dt))
+    base_rate = np.asarray(savgol_filter(base, window, 2, deriv=1, delta=dt))
     friction = rig.mass * acceleration + rig.damping * velocity + rig.stiffness * run.displacement
     friction -= rig.drive_stiffness * base + rig.drive_damping * base_rate + force
     gain = math.sqrt(np.sum(savgol_coeffs(wide, 3, deriv=2, delta=dt) ** 2))

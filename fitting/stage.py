@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -17,7 +18,7 @@ CLUSTER_PERIODS = 5.0
 SHORTEST = 0.25
 GROWTH = 8
 SUBSTEPS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)
-"""The numbers of integration steps a sample that are used: few, so that programs need not be compiled anew."""
+"""The numbers of integration steps a sample that are used: few, so that programs are seldom recompiled."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -63,13 +64,20 @@ def ladder(problem: Problem, horizon: float | None) -> list[int | None]:
     return [*groups, None if horizon is None else last]
 
 
-def stage(problem: Problem, group: int | None, k1: float, settings: Settings) -> Stage:
-    """The stage with these segments; the integration step is chosen for a contact of stiffness k1.
+def stage(
+    problem: Problem,
+    group: int | None,
+    k1: float,
+    settings: Settings,
+    segments: Sequence[Segment] | None = None,
+) -> Stage:
+    """The stage with segments of `group` units, or with the given ones, none longer; the integration step is
+    chosen for a contact of stiffness k1.
 
     Raises UserError for a run with fewer samples than a segment.
     """
     chosen = problem.chosen
-    segments = cut(chosen, unit(problem), group)
+    segments = cut(chosen, unit(problem), group) if segments is None else segments
     number = steps(problem, group, k1, settings)
     lanes = lay_out(chosen, segments, problem.dataset.rig, problem.scale.force, number)
     misfit = Misfit(problem.hypothesis, problem.unknowns, lanes=len(lanes), workers=settings.workers)
@@ -101,7 +109,7 @@ def steps(problem: Problem, group: int | None, k1: float, settings: Settings) ->
     return next((number for number in SUBSTEPS if number >= wanted), SUBSTEPS[-1])
 
 
-def _clusters(problem: Problem, segments: list[Segment], blocks: int, length: float) -> np.ndarray:
+def _clusters(problem: Problem, segments: Sequence[Segment], blocks: int, length: float) -> np.ndarray:
     """A number for the stretch of `length` seconds that each block (lanes, blocks) lies in."""
     samples = max(segment.last - segment.first for segment in segments)
     labels: dict[tuple[int, int], int] = {}

@@ -15,13 +15,16 @@ LEVEL = 0.95
 
 @dataclasses.dataclass(frozen=True)
 class Spread:
-    """Covariance of the free coordinates (p, p), their Student degrees of freedom (p), and the model-based
-    covariance that white residuals of the stated noise would give (p, p). Rows of unknowns that were held or
-    rest on a bound are zero."""
+    """Covariance of the coordinates (p, p), their Student degrees of freedom (p), and the covariance that
+    white residuals would give (p, p)."""
 
     covariance: np.ndarray
     dof: np.ndarray
     model: np.ndarray
+
+    def widened(self, covariance: np.ndarray) -> Spread:
+        """The spread with the covariance of another, independent source of error added."""
+        return dataclasses.replace(self, covariance=self.covariance + covariance)
 
     def deviation(self) -> np.ndarray:
         return np.sqrt(np.diag(self.covariance))
@@ -36,21 +39,20 @@ class Spread:
         return np.where(model > 0, np.diag(self.covariance) / np.where(model > 0, model, 1.0), 1.0)
 
 
-def spread(stage: Stage, solution: Solution, free: np.ndarray) -> Spread:
-    """Cluster-robust covariance of the coordinates marked `free`.
+def spread(stage: Stage, solution: Solution) -> Spread:
+    """Cluster-robust covariance of the coordinates, of those on a bound too: the truth need not lie there.
 
     V = H^-1 (sum_c g_c g_c') H^-1 with the scores g_c summed over the blocks of cluster c, each corrected for
     its own leverage as (I - H_c H^-1)^(-1/2) (the CR2 estimator; Bell, McCaffrey, Survey Methodology 28
     (2002) 169); degrees of freedom by Satterthwaite, from how unevenly the clusters carry each coordinate.
+    A few clusters can by chance agree too well: no variance is taken below that of white residuals.
     """
-    p = len(free)
-    index = np.flatnonzero(free)
     scores, curvatures = stage.misfit.scores(stage.lanes, solution.coordinates, solution.starts, stage.blocks)
     groups, member = np.unique(stage.clusters.reshape(-1), return_inverse=True)
     weights = np.repeat(solution.weights, stage.blocks)
-    score = _summed(scores[:, index] * weights[:, None], member, len(groups))
-    curvature = _summed(curvatures[:, index][:, :, index] * weights[:, None, None], member, len(groups))
-    prior = stage.misfit.unknowns.prior(solution.coordinates)[2][index]
+    score = _summed(scores * weights[:, None], member, len(groups))
+    curvature = _summed(curvatures * weights[:, None, None], member, len(groups))
+    prior = stage.misfit.unknowns.prior(solution.coordinates)[2]
     root = np.linalg.cholesky(_regular(curvature.sum(0) + np.diag(prior)))
     inverse_root = np.linalg.inv(root)
     leverage = inverse_root @ curvature @ inverse_root.T
@@ -59,10 +61,13 @@ def spread(stage: Stage, solution: Solution, free: np.ndarray) -> Spread:
     corrected = np.einsum("cij,cj->ci", correction, score @ inverse_root.T)
     covariance = inverse_root.T @ (corrected.T @ corrected) @ inverse_root
     model = inverse_root.T @ inverse_root
+    model = model * max(1.0, float(np.median(solution.linear.cost / stage.lanes.counted())))
+    short = np.sqrt(np.maximum(1.0, np.diag(model) / np.maximum(np.diag(covariance), 1e-300)))
+    covariance = covariance * np.outer(short, short)
     carried = np.einsum("ij,cjk,ki->ci", model, curvature, model)
     power = np.sum(carried**2, axis=0)
     dof = np.where(power > 0, carried.sum(0) ** 2 / np.where(power > 0, power, 1.0), 1.0)
-    return Spread(_embed(covariance, index, p), _embed_vector(dof, index, p), _embed(model, index, p))
+    return Spread(covariance, dof, model)
 
 
 def _summed(values: np.ndarray, member: np.ndarray, groups: int) -> np.ndarray:
@@ -74,15 +79,3 @@ def _summed(values: np.ndarray, member: np.ndarray, groups: int) -> np.ndarray:
 def _regular(matrix: np.ndarray) -> np.ndarray:
     """The matrix with directions that the data do not see held by a vanishing ridge."""
     return matrix + np.diag(1e-12 * np.diag(matrix) + 1e-30)
-
-
-def _embed(block: np.ndarray, index: np.ndarray, size: int) -> np.ndarray:
-    out = np.zeros((size, size))
-    out[np.ix_(index, index)] = block
-    return out
-
-
-def _embed_vector(block: np.ndarray, index: np.ndarray, size: int) -> np.ndarray:
-    out = np.full(size, np.inf)
-    out[index] = block
-    return out

@@ -12,7 +12,7 @@ from jaxstick.oscillator import Oscillator
 
 @dataclasses.dataclass(frozen=True)
 class Card:
-    """An effect in an engineer's words: title, symptom in the records, explanation, remedy on the rig, source."""
+    """An effect in an engineer's words: title, symptom in records, explanation, remedy on the rig, source."""
 
     title: str
     family: str

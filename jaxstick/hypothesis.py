@@ -37,4 +37,4 @@ def effects_at_null(keys: tuple[str, ...]) -> dict[str, AbstractEffect]:
             near = difflib.get_close_matches(key, shelf, n=1)
             hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(shelf)}."
             raise UserError(f"There is no effect called {key!r}; {hint}")
-    return {key: shelf[key]() for key in keys}
+    return {key: shelf[key]() for key in keys}  # pyright: ignore[reportCallIssue]

@@ -15,7 +15,7 @@ from jaxstick.parts.rig import AbstractRig
 
 
 class Start(NamedTuple):
-    """How a motion begins: displacement [m], velocity [m/s], and the friction force held by the contact [N]."""
+    """How a motion begins: displacement [m], velocity [m/s], friction force held by the contact [N]."""
 
     displacement: Scalar = 0.0
     velocity: Scalar = 0.0
@@ -23,7 +23,7 @@ class Start(NamedTuple):
 
 
 class State(NamedTuple):
-    """Displacement and velocity of the mass [m, m/s], friction force on it [N], private states of the parts."""
+    """Displacement, velocity of the mass [m, m/s], friction force on it [N], private states of the parts."""
 
     x: Scalar
     v: Scalar
@@ -35,7 +35,7 @@ class State(NamedTuple):
 
 
 class Flow(NamedTuple):
-    """The state of an oscillator as an ordinary differential equation: x [m], v [m/s], spring deflection [m]."""
+    """The state of an oscillator as a differential equation: x [m], v [m/s], spring deflection [m]."""
 
     x: Scalar
     v: Scalar
@@ -43,7 +43,7 @@ class Flow(NamedTuple):
 
 
 class Oscillator(eqx.Module):
-    """A mass on a rig, excited by a drive, rubbing by a friction law through a contact, seen by an instrument.
+    """A mass on a rig, excited by a drive, rubbing by a law through a contact, seen by an instrument.
 
     m x'' = rig force + F. Every part can be replaced or wrapped on its own.
     """

@@ -28,7 +28,7 @@ class Parameter:
 
 @dataclasses.dataclass(frozen=True)
 class Place:
-    """Where in a tree of modules a parameter sits: attribute names, and keys of dictionaries, from the root."""
+    """Where in a tree of modules a parameter sits: attribute names and dictionary keys from the root."""
 
     path: tuple[str, ...]
     parameter: Parameter

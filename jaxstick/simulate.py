@@ -18,7 +18,7 @@ from jaxstick.solver import step
 
 
 class Grid(eqx.Module):
-    """Samples at start + i interval, i = 0 ... samples - 1 [s], with `substeps` integration steps between two."""
+    """Samples at start + i interval, i = 0 ... samples - 1 [s], with `substeps` steps between two."""
 
     start: Float[Array, ""] | float
     interval: Float[Array, ""] | float
@@ -116,7 +116,7 @@ def simulate(
     steps_per_sample: int | None = None,
     resolution: float = 200.0,
 ) -> Trajectory:
-    """Simulates an oscillator from `start` and returns `samples` samples `interval` seconds apart, in float64.
+    """Simulates an oscillator from `start`: `samples` samples, `interval` seconds apart, in float64.
 
     Without `steps_per_sample` the step is chosen so that `resolution` steps fall on a period of the contact's
     ring (error about 5e-6 of the stroke at 200, falling with its square); it must be given where the

@@ -91,8 +91,9 @@ class StickSlip(diffrax.AbstractTerm):
 class ReturnMapping(diffrax.AbstractSolver):
     """The return-mapping scheme as a diffrax solver, for steps of constant size.
 
-    `diffrax.diffeqsolve(StickSlip(oscillator), ReturnMapping(), t0, t1, dt0, oscillator.initial(t0, Start()))`
-    solves for the `State`. Between the ends of a step the solution is interpolated linearly.
+    `diffrax.diffeqsolve(StickSlip(oscillator), ReturnMapping(), t0, t1, dt0, y0)` with
+    `y0 = oscillator.initial(t0, Start())`, its leaves made arrays, solves for the `State`.
+    Between the ends of a step the solution is interpolated linearly.
     """
 
     term_structure: ClassVar = StickSlip

@@ -1,4 +1,4 @@
-"""Recovery study: synthetic data sets with known constants, made by the independent reference, fitted blindly.
+"""Recovery study: data sets of known constants, made by the independent reference, fitted blindly.
 
 Each data set has the paper's rig at five frequencies, random constants, random noise levels, and assumed
 constants wrong by a factor of up to 3 each. Reported per constant: how many fits reach the right basin (every
@@ -57,7 +57,8 @@ def draw(seed: int) -> tuple[DataSet, dict[str, float]]:
     }
     noise = Noise(displacement=8e-6 * log_uniform(0.5, 2.0), friction=0.03 * log_uniform(0.5, 2.0))
     assumed = AssumedConstants(**{name: value * log_uniform(1 / 3, 3.0) for name, value in truth.items()})
-    reference = Oscillator(rig1987.MASS, rig1987.STIFFNESS, rig1987.DAMPING, **truth)
+    A, B, C, D, k1 = (truth[name] for name in CONSTANTS)
+    reference = Oscillator(rig1987.MASS, rig1987.STIFFNESS, rig1987.DAMPING, A, B, C, D, k1)
     rig = KnownRig(rig1987.MASS, rig1987.STIFFNESS, rig1987.STIFFNESS, rig1987.DAMPING, 0.0)
     runs = tuple(
         _record(reference, rig1987.drive(ratio), rig, assumed, noise, f"run-{number}.csv", random)
@@ -82,7 +83,7 @@ def _record(
     assert noise.displacement is not None and noise.friction is not None
     return Run(
         file=file,
-        time=times[:SAMPLES],
+        time=np.asarray(times[:SAMPLES], float),
         displacement=exact.x[kept] + noise.displacement * random.standard_normal(SAMPLES),
         friction=exact.F[kept] + noise.friction * random.standard_normal(SAMPLES),
         base=np.array([drive.position(t) for t in times[kept]]),
@@ -134,7 +135,15 @@ def study(seed: int) -> dict:
 def summary(lines: list[dict]) -> Table:
     """The figures per constant; intervals of proportions are Clopper and Pearson's."""
     table = Table(title=f"recovery of {len(lines)} data sets")
-    for head in ("constant", "n", "bounded", "coverage 95 %", "(interval)", "error / Cramer-Rao", "worst |z|"):
+    for head in (
+        "constant",
+        "n",
+        "bounded",
+        "coverage 95 %",
+        "(interval)",
+        "error / Cramer-Rao",
+        "worst |z|",
+    ):
         table.add_column(head, justify="right")
     right = 0
     for line in lines:

@@ -29,13 +29,13 @@ def friction_law(fit: Fit) -> Figure:
     assumed = {name: constant.assumed for name, constant in constants.items()}
     top = float(np.max(np.abs(speed)))
     factor, unit = length_unit(top)
+    recorded = any(trace.run.friction is not None for trace in fit.traces)
+    label = "measured" if recorded else "fitted (no force measured)"
     with style():
         figure = new_figure(10.0, 4.4)
         left, right = figure.subplots(1, 2)
         few = thinned(len(speed), MOST_POINTS)
-        left.plot(
-            factor * speed[few], force[few], ".", color=MEASURED, ms=2.0, mew=0, alpha=0.5, label="measured"
-        )
+        left.plot(factor * speed[few], force[few], ".", color=MEASURED, ms=2.0, mew=0, alpha=0.5, label=label)
         against = np.abs(speed) > top * 10**-DECADES
         right.plot(
             factor * np.abs(speed[against])[few],

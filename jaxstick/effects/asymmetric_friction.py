@@ -15,7 +15,7 @@ from jaxstick.parts.motion import Motion, Scalar
 
 
 class AsymmetricFriction(AbstractEffect):
-    """Multiplies the law by 1 + dry s in its dry part and by 1 + viscous s in its viscous part, s = sign(v)."""
+    """Multiplies the dry part of the law by 1 + dry s and the viscous part by 1 + viscous s, s = sign(v)."""
 
     card: ClassVar[Card] = Card(
         title="Friction differs between the directions",

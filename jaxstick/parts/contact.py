@@ -136,8 +136,10 @@ class LoadedContact(AbstractFlowingContact):
     def initial(self, force: Scalar, rate: Scalar, traction: Traction) -> tuple[Scalar, LoadedState]:
         direction = _sense(-force)
         limit = traction.limit(rate, direction)
-        slips = (-force * rate > 0) & (jnp.abs(force) >= limit)
-        held = jnp.where(slips, -direction * limit, force)
+        static = traction.limit(0.0, direction)
+        held = jnp.clip(force, -static, static)
+        slips = (-held * rate > 0) & (jnp.abs(held) >= limit)
+        held = jnp.where(slips, -direction * limit, held)
         drag = jnp.where(slips, traction.viscous(rate, direction) * rate, 0.0)
         excess = jnp.where(slips, jnp.abs(force) - limit, jnp.minimum(jnp.abs(held) - limit, 0.0))
         return held - drag, LoadedState(-held / self.k1, excess)

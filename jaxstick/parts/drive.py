@@ -59,10 +59,10 @@ class RecordedDrive(AbstractDrive):
     `base` and `force` hold the spline's coefficients, cubic term first: shape (samples - 1, 4).
     """
 
-    start: Float[Array, ""] | float
-    interval: Float[Array, ""] | float
-    base: Float[Array, "pieces 4"]
-    force: Float[Array, "pieces 4"]
+    start: Float[Array | np.ndarray, ""] | float
+    interval: Float[Array | np.ndarray, ""] | float
+    base: Float[Array | np.ndarray, "pieces 4"]
+    force: Float[Array | np.ndarray, "pieces 4"]
 
     @classmethod
     def through(
@@ -90,8 +90,8 @@ class RecordedDrive(AbstractDrive):
         whole = jnp.clip(jnp.floor(elapsed / self.interval), 0.0, self.base.shape[-2] - 1.0)
         s = elapsed - whole * self.interval
         piece = whole.astype(jnp.int32)
-        cubic, square, slope, level = jnp.moveaxis(self.base[piece], -1, 0)
-        f3, f2, f1, f0 = jnp.moveaxis(self.force[piece], -1, 0)
+        cubic, square, slope, level = jnp.moveaxis(jnp.asarray(self.base)[piece], -1, 0)
+        f3, f2, f1, f0 = jnp.moveaxis(jnp.asarray(self.force)[piece], -1, 0)
         return Excitation(
             ((cubic * s + square) * s + slope) * s + level,
             (3 * cubic * s + 2 * square) * s + slope,

@@ -20,7 +20,7 @@ CYCLES = 12
 
 
 class Motion(NamedTuple):
-    """A motion from rest over 12 cycles: displacement [m] every `interval` seconds, frequency of the drive [Hz]."""
+    """A motion from rest over 12 cycles: displacement [m], interval [s], the drive's frequency [Hz]."""
 
     displacement: np.ndarray
     interval: float

@@ -94,6 +94,26 @@ def test_what_is_missing_is_named_with_its_cost(tmp_path):
         assert piece in missing
 
 
+def test_one_frequency_is_one_whatever_it_is(tmp_path):
+    lines = csv(noise=1e-5).splitlines()
+    rows = [line.split(",") for line in lines[1:]]
+    for factor in (0.5, 2.0):
+        text = (
+            "\n".join([lines[0], *(",".join([repr(float(row[0]) / factor), *row[1:]]) for row in rows)])
+            + "\n"
+        )
+        rig = datasets.RIG.replace("frequency_hz = 1.0", f"frequency_hz = {factor}")
+        found = texts(datasets.write(tmp_path / str(factor), rig, run_01=text), "missing")
+        assert f"only one drive frequency ({factor:g} Hz)" in found
+
+
+def test_less_than_a_cycle_does_not_tell_the_frequency(tmp_path):
+    text = "\n".join(csv(noise=1e-5).splitlines()[:81]) + "\n"
+    (run,) = describe(load_dataset(datasets.write(tmp_path, run_01=text))).runs
+    assert (run.frequency, run.base_amplitude) == (1.0, 0.01)
+    assert run.cycles == pytest.approx(0.625)
+
+
 def test_poor_sampling_is_named(tmp_path):
     folder = datasets.write(tmp_path, run_01=csv(samples=128, per_cycle=40, noise=1e-5))
     warnings = texts(folder, "warning")

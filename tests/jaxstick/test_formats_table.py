@@ -76,6 +76,13 @@ def test_lines_are_counted_across_blocks(tmp_path, monkeypatch):
         read_table(path, everything)
 
 
+def test_lines_are_counted_in_files_of_old_macs(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_bytes(b"x,y\r1,2\r3,4\r5,six\r7,8\r")
+    with pytest.raises(UserError, match=r"line 4, column y: 'six' is not a number"):
+        read_table(path, everything)
+
+
 def test_a_cut_is_seen_across_blocks(tmp_path, monkeypatch):
     path = tmp_path / "a.csv"
     whole = "x,y\n" + "1.5,2.125\n" * 40

@@ -83,7 +83,7 @@ def test_a_stiff_contact_needs_no_smaller_step() -> None:
 
 
 def test_energy_balance() -> None:
-    """Work of drive, damper and friction equals the change of kinetic and elastic energy, contact included."""
+    """Work of drive, damper and friction equals the change of kinetic and elastic energy."""
     rig, drive = SOFT, SineDrive(1.5, 0.01, 0.4)
     times = 1e-4 * np.arange(15001)
     run = simulate_twin(rig, drive, times, 4)

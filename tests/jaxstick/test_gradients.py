@@ -1,4 +1,4 @@
-"""Derivatives through stick and slip: forward, reverse and central differences agree, in every arrangement."""
+"""Derivatives through stick and slip: forward, reverse and central differences agree."""
 
 from __future__ import annotations
 
@@ -33,7 +33,9 @@ def _outcome(oscillator: Oscillator, samples: int) -> Callable[[Array], Array]:
     def outcome(point: Array) -> Array:
         changed = with_values(oscillator, {name: point[i] for i, name in enumerate(NAMES)})
         run = march(changed, Start(*point[5:]), Grid(0.0, INTERVAL, samples, 10))
-        return jnp.stack([1e3 * jnp.sum(weights * run.x), 0.1 * jnp.sum(weights * run.friction), 1e3 * run.x[-1]])
+        return jnp.stack(
+            [1e3 * jnp.sum(weights * run.x), 0.1 * jnp.sum(weights * run.friction), 1e3 * run.x[-1]]
+        )
 
     return outcome
 
@@ -111,9 +113,7 @@ def test_no_dead_gradient(share: float, decay: float, stiffness: float) -> None:
     Friction from 0.1 to 1.5 times the paper's, B from 1 to 1000 s/m, k1 from 10 K to 1000 K, at two
     frequencies together.
     """
-    rig = replace(
-        RIG, A=share * RIG.A, C=share * RIG.C, B=decay, D=1e-3, k1=stiffness * RIG.stiffness
-    )
+    rig = replace(RIG, A=share * RIG.A, C=share * RIG.C, B=decay, D=1e-3, k1=stiffness * RIG.stiffness)
     point = jnp.asarray([rig.A, rig.B, rig.C, rig.D, rig.k1, 0.0, 0.0, 0.0])
     jacobians = [
         jax.jit(jax.jacfwd(_outcome(twin(rig, rig1987.drive(ratio)), 600)))(point) for ratio in (0.19, 0.8)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,11 +29,11 @@ def test_the_stops_of_the_paper(dynamic_ratio):
     assert found == STOPS
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_noise_of_0_4_permille_of_the_stroke_changes_no_count(seed):
-    random = np.random.default_rng(seed)
+@pytest.mark.parametrize("level", [4e-4, 1e-3, 2e-3])
+def test_noise_of_permilles_of_the_stroke_changes_no_count(level):
+    random = np.random.default_rng(1)
     for ratio, (displacement, interval, frequency) in motions(6.42 / 7.47).items():
-        noise = 4e-4 * np.ptp(displacement) * random.standard_normal(len(displacement))
+        noise = level * np.ptp(displacement) * random.standard_normal(len(displacement))
         assert looked_at(displacement + noise, interval, frequency).stops == STOPS[ratio]
 
 
@@ -82,16 +83,16 @@ def staircase(per_cycle: int, steps: int, ring: float = 0.0) -> np.ndarray:
 
 
 @given(
-    steps=st.integers(2, 6),
+    steps=st.integers(2, 40),
     shift=st.integers(0, 5000),
     scale=st.floats(1e-9, 1e3),
     offset=st.floats(-3.0, 3.0),
     sign=st.sampled_from([-1.0, 1.0]),
 )
 def test_neither_scale_nor_zero_nor_a_shift_by_whole_samples_matters(steps, shift, scale, offset, sign):
-    per_cycle = 240 * (2 * steps - 2)
-    motion = np.tile(staircase(per_cycle, steps), 3)
-    known = {"interval": 1e-3, "frequency": 1e3 / per_cycle, "natural_frequency": 8.0}
+    per_cycle = 80 * (2 * steps - 2)
+    motion = np.tile(staircase(per_cycle, steps), 2)
+    known = {"interval": 1e-3, "frequency": 1e3 / per_cycle, "natural_frequency": 24.0}
     still = outcome(motion, **known)
     assert still.stops == 2 * steps - 2
     moved = outcome(sign * scale * (np.roll(motion, shift) + offset), **known)
@@ -116,7 +117,7 @@ def test_a_slip_that_only_slows_down_is_no_stop_and_one_that_touches_standstill_
     time = np.linspace(0.0, 1.0, 2000, endpoint=False)
     angle = 2 * math.pi * time
     for share, stops in ((0.2, 0), (1.0, 2)):
-        # x' = cos - share cos 3 vanishes, with zero slope, where cos^2 = (3 share + 1)/(4 share): for 1, at 0.
+        # x' = cos(angle) - share cos(3 angle) vanishes at angle 0, with zero slope, where share is 1.
         motion = np.tile(np.sin(angle) - share * np.sin(3 * angle) / 3, 2)
         found = outcome(motion, interval=5e-4, frequency=1.0, natural_frequency=2.0)
         assert found.stops == stops
@@ -124,7 +125,7 @@ def test_a_slip_that_only_slows_down_is_no_stop_and_one_that_touches_standstill_
 
 def test_only_the_last_cycles_count():
     motion = np.concatenate([5 * np.sin(np.linspace(0, 4 * math.pi, 400)), np.zeros(200), np.ones(200)])
-    known = {"interval": 0.005, "frequency": 1.0, "natural_frequency": 4.0}
+    known: dict[str, Any] = {"interval": 0.005, "frequency": 1.0, "natural_frequency": 4.0}
     assert outcome(motion, **known).cycles == 4
     assert outcome(motion, **known, cycles=2).amplitude == 0.5
     assert outcome(motion, **known, cycles=9).cycles == 4

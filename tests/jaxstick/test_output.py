@@ -151,6 +151,19 @@ def test_an_error_leaves_the_old_result(tmp_path):
     assert list(tmp_path.iterdir()) == [folder]
 
 
+def test_a_full_disk_is_said(tmp_path, monkeypatch):
+    def refuse(path: Path, *arguments, **options):
+        raise OSError(28, "No space left on device", str(path))
+
+    with (
+        pytest.raises(UserError, match=r"fit\.json: this cannot be written \(No space left on device\)"),
+        OutputFolder(tmp_path / "out") as output,
+    ):
+        monkeypatch.setattr(Path, "write_text", refuse)
+        output.write_text("fit.json", "x")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_result_that_finds_its_place_taken_is_kept_beside(tmp_path):
     folder = tmp_path / "out"
     with pytest.raises(UserError, match="the new results lie in") as caught, OutputFolder(folder) as output:

@@ -123,6 +123,64 @@ def test_the_drive_may_be_stated_recorded_or_a_force(tmp_path):
     assert pushed.rig.stiffness == 0 and pushed.runs[0].force is not None
 
 
+def test_friction_against_the_base_is_judged_by_the_motion_against_it(tmp_path):
+    channels = datasets.record()
+    against = datasets.RIG.replace("[assumed]", 'friction_against = "base"\n[assumed]')
+    relative = np.gradient(channels["displacement"] - channels["base"])
+    columns = {
+        "time_s": channels["time"],
+        "base_m": channels["base"],
+        "displacement_m": channels["displacement"],
+        "friction_n": -10 * np.sign(relative) - relative,
+    }
+    assert load_dataset(datasets.write(tmp_path / "against", against, run_01=datasets.csv_text(columns))).runs
+    columns["friction_n"] = -columns["friction_n"]
+    with pytest.raises(UserError, match="along with the motion"):
+        load_dataset(datasets.write(tmp_path / "along", against, run_01=datasets.csv_text(columns)))
+    # Without the base's record its phase is not known, and so neither is the direction of sliding.
+    del columns["base_m"]
+    assert load_dataset(datasets.write(tmp_path / "unknown", against, run_01=datasets.csv_text(columns))).runs
+
+
+def changed(**columns: np.ndarray) -> str:
+    """The standard record as CSV with some columns in another form."""
+    channels = datasets.record()
+    plain = {
+        "time_s": channels["time"],
+        "base_m": channels["base"],
+        "displacement_m": channels["displacement"],
+    }
+    return datasets.csv_text(plain | columns)
+
+
+def test_what_is_odd_but_possible_is_a_notice(tmp_path):
+    channels = datasets.record()
+    time = channels["time"]
+    odd = {
+        "moves by only 1e-07 m": changed(displacement_m=1e-7 * np.sign(channels["displacement"] + 1e-9)),
+        "moves at 1.1 Hz where rig.toml says 1 Hz": changed(base_m=0.01 * np.sin(2.2 * np.pi * time)),
+        "shorter than one cycle of the drive (0.62)": "\n".join(changed().splitlines()[:41]) + "\n",
+    }
+    for number, (piece, text) in enumerate(odd.items()):
+        (notice,) = load_dataset(datasets.write(tmp_path / str(number), run_01=text)).notices
+        assert "run-01.csv" in notice and piece in notice
+
+
+def test_a_part_above_its_whole_is_a_notice(tmp_path):
+    parts = "drive_stiffness_n_per_m = 2001\ndrive_damping_n_s_per_m = 4.6\n[assumed]"
+    sheet = load_rig(datasets.write(tmp_path, datasets.RIG.replace("[assumed]", parts)))
+    assert ["stiffness" in sheet.notices[0], "damping" in sheet.notices[1]] == [True, True]
+    whole = "drive_stiffness_n_per_m = 2000\ndrive_damping_n_s_per_m = 4.5\n[assumed]"
+    (tmp_path / "rig.toml").write_text(datasets.RIG.replace("[assumed]", whole))
+    assert load_rig(tmp_path).notices == ()
+
+
+def test_a_velocity_sensor_may_have_an_offset(tmp_path):
+    velocity = np.gradient(datasets.record()["displacement"], 1 / 64)
+    text = changed(velocity_m_per_s=velocity + 1.0)
+    assert load_dataset(datasets.write(tmp_path, run_01=text)).runs[0].velocity is not None
+
+
 def test_other_columns_are_left_out_with_a_notice(tmp_path):
     channels = datasets.record()
     columns = {
@@ -244,9 +302,10 @@ def runs(draw, number: int, rig: KnownRig, assumed: AssumedConstants) -> Run:
     interval = 1 / (frequency * draw(positive(31, 33)))
     time = draw(positive(-10, 10)) * interval + interval * np.arange(samples)
     wobble = np.random.default_rng(draw(st.integers(0, 2**32))).normal(size=(4, samples))
-    sine = np.sin(2 * np.pi * frequency * time) + 0.01 * wobble[0]
+    phase = draw(positive(-7, 7))
+    sine = np.sin(2 * np.pi * frequency * time + phase) + 0.01 * wobble[0]
     against = 1 if rig.friction_against == "base" else -1
-    cosine = np.cos(2 * np.pi * frequency * time)
+    cosine = np.cos(2 * np.pi * frequency * time + phase)
     gain = draw(positive(0.1, 1.0)) * min(rig.drive_stiffness / rig.stiffness, 1.0)
     changed = draw(st.sampled_from([{}, {"C": 3.25}, {"A": 0.1, "k1": 77.7}]))
     return Run(
@@ -260,7 +319,7 @@ def runs(draw, number: int, rig: KnownRig, assumed: AssumedConstants) -> Run:
         force=draw(st.sampled_from([None, wobble[2], np.zeros(samples)])),
         frequency=frequency,
         base_amplitude=amplitude,
-        base_phase=draw(positive(-7, 7)),
+        base_phase=phase,
         hold_out=number > 1 and draw(st.booleans()),
         rig=replace(rig, mass=draw(st.sampled_from([rig.mass, 0.5]))),
         assumed=replace(assumed, **changed),

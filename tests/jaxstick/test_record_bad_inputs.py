@@ -7,7 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from jaxstick.check import describe
 from jaxstick.errors import UserError
 from jaxstick.record import load_dataset
 from tests.jaxstick import datasets
@@ -65,6 +68,8 @@ CSV_MISTAKES = {
     "nan": (edited(41, 3, "NaN"), "line 41", "column friction_n", "'NaN' is not a finite number"),
     "infinity": (edited(42, 1, "-inf"), "line 42", "column base_m", "'-inf' is not a finite number"),
     "too large": (edited(43, 1, "1e999"), "line 43", "'1e999' is not a finite number"),
+    "absurd": (edited(43, 1, "1e300"), "column base_m", "values reach 1e+300"),
+    "absurd time": (edited(129, 0, "1e300"), "column time_s", "values reach 1e+300"),
     "underscore": (edited(44, 1, "1_0"), "line 44", "'1_0' is not a number"),
     "other digits": (edited(44, 1, "\u0661"), "line 44", "is not a number"),
     "empty cell": (edited(45, 0, ""), "line 45", "column time_s", "empty"),
@@ -173,6 +178,11 @@ RIG_MISTAKES = {
         "frequency_hz",
     ),
     "unknown unit": (RIG.replace("mass_kg", "mass_lb"), "line 2: [rig] mass_lb", "mass_kg or mass_g"),
+    "misspelt key like another": (
+        RIG.replace("log_decrement", "damping_rato"),
+        "line 4: [rig] damping_rato has an unknown unit",
+        "did you mean damping_ratio?",
+    ),
     "no unit": (RIG.replace("mass_kg", "mass"), "line 2: [rig] mass does not say its unit", "mass_kg"),
     "one mass twice": (RIG.replace("[assumed]", "mass_g = 1\n[assumed]"), "line 6: [rig] mass_g", "mass_kg"),
     "two dampings": (
@@ -186,6 +196,7 @@ RIG_MISTAKES = {
     "date": (RIG.replace("= 2.38", "= 2020-01-01"), "mass_kg is a date"),
     "nan": (RIG.replace("= 2.38", "= nan"), "mass_kg is 'nan'", "finite"),
     "huge": (RIG.replace("= 2.38", "= 1" + "0" * 400), "mass_kg is", "finite"),
+    "absurd": (RIG.replace("= 2.38", "= 1e300"), "mass_kg is '1e+300'", "finite"),
     "no mass at all": (RIG.replace("= 2.38", "= 0"), "mass_kg is 0", "greater than 0"),
     "negative mass": (RIG.replace("= 2.38", "= -2.38"), "mass_kg is -2.38", "not be negative"),
     "negative stiffness": (RIG.replace("= 2000.0", "= -1"), "stiffness_n_per_m is -1", "not be negative"),
@@ -360,3 +371,21 @@ def test_a_rig_toml_that_is_no_text(tmp_path):
 def test_values_nested_without_end(tmp_path):
     folder = datasets.write(tmp_path / "data", "name = " + "[" * 100_000)
     assert_says(refusal(folder), "rig.toml", "nested too deeply")
+
+
+@settings(max_examples=150, deadline=None)
+@given(data=st.data(), name=st.sampled_from(["run-01.csv", "rig.toml"]))
+def test_a_damaged_file_is_read_or_refused_in_one_sentence(tmp_path_factory, data, name):
+    """Bytes cut out, put in or overwritten anywhere never end in another exception, or in a warning."""
+    folder = datasets.write(tmp_path_factory.mktemp("damaged") / "data")
+    content = (folder / name).read_bytes()
+    first, last = sorted(data.draw(st.integers(0, len(content))) for _ in range(2))
+    last = data.draw(st.sampled_from([first, min(first + 1, len(content)), last]))
+    pieces = st.sampled_from(
+        [b"", b"\n", b",", b"-", b"e", b"9", b'"', b"[", b"=", b"#", b"\xff", b"0" * 30, b"e300"]
+    )
+    (folder / name).write_bytes(content[:first] + data.draw(pieces | st.binary(max_size=4)) + content[last:])
+    try:
+        assert describe(load_dataset(folder)).runs
+    except UserError as refused:
+        assert re.fullmatch(r"[^\n]+[.?]", str(refused))

@@ -56,7 +56,13 @@ def test_derivative_through_a_diffrax_solve() -> None:
         changed = with_values(oscillator, {"C": limit})
         state = jax.tree.map(jnp.asarray, changed.initial(jnp.asarray(0.0), Start()))
         solution = diffrax.diffeqsolve(
-            StickSlip(changed), ReturnMapping(), 0.0, INTERVAL * (samples - 1), INTERVAL, state, max_steps=samples
+            StickSlip(changed),
+            ReturnMapping(),
+            0.0,
+            INTERVAL * (samples - 1),
+            INTERVAL,
+            state,
+            max_steps=samples,
         )
         assert solution.ys is not None
         return solution.ys.x[-1]
@@ -74,7 +80,7 @@ def test_smooth_contact_is_a_differential_equation() -> None:
     oscillator = _paper_rig(SmoothContact)
     times = jnp.linspace(0.0, 1.0, 101)
     solution = diffrax.diffeqsolve(
-        diffrax.ODETerm(oscillator.vector_field),
+        diffrax.ODETerm(oscillator.vector_field),  # pyright: ignore[reportArgumentType]
         diffrax.Tsit5(),
         0.0,
         1.0,
@@ -126,12 +132,14 @@ def test_lanes_are_independent() -> None:
 
 
 def test_recorded_drive_replaces_the_sine() -> None:
-    """A spline through 1 kHz samples of the base moves the mass as the sine itself does, to 1e-8 of the stroke."""
+    """A spline through 1 kHz samples of the base moves the mass as the sine does, to 1e-8 of the stroke."""
     sine = _paper_rig()
     times = INTERVAL * np.arange(1200)
     recorded = RecordedDrive.through(0.0, INTERVAL, base=np.asarray(sine.drive.at(jnp.asarray(times)).y))
     replaced = eqx.tree_at(lambda oscillator: oscillator.drive, sine, recorded)
-    exact, ours = (simulate(o, samples=1200, interval=INTERVAL, steps_per_sample=4).x for o in (sine, replaced))
+    exact, ours = (
+        simulate(o, samples=1200, interval=INTERVAL, steps_per_sample=4).x for o in (sine, replaced)
+    )
     assert float(jnp.abs(ours - exact).max()) < 1e-8 * float(jnp.ptp(exact))
 
 

@@ -21,7 +21,9 @@ def test_a_table_is_never_squeezed(capsys):
     assert lines[5].startswith("[b]x[/b] :smile:") and lines[5].endswith("   -12")
 
 
-@pytest.mark.parametrize(("json_wanted", "quiet"), [(False, False), (True, False), (False, True), (True, True)])
+@pytest.mark.parametrize(
+    ("json_wanted", "quiet"), [(False, False), (True, False), (False, True), (True, True)]
+)
 def test_where_words_and_results_go(json_wanted, quiet, capsys):
     terminal = Terminal(quiet, json_wanted)
     terminal.say("words")

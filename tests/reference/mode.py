@@ -38,5 +38,5 @@ class Mode:
 
 
 def slip_name(direction: int) -> str:
-    """"slip+" or "slip-"."""
+    """ "slip+" or "slip-"."""
     return "slip+" if direction > 0 else "slip-"
