@@ -5,7 +5,7 @@ constants wrong by a factor of up to 3 each. Reported per constant: how many fit
 bounded constant within 4 standard errors), how often the 95 % interval covers the truth, and the median error
 over the one a normal estimator at the Cramer-Rao bound of the whole records would have.
 
-    python scripts/study_recovery.py --sets 200 --out out/recovery.jsonl [--workers 2]
+    python -m scripts.study_recovery --sets 200 --out out/recovery.jsonl [--workers 2]
 
 One line of JSON a data set; a rerun continues where it stopped.
 """

@@ -53,6 +53,11 @@ def covers(constant: Constant, truth: float) -> bool:
     )
 
 
+def width(constant: Constant) -> float:
+    assert constant.low is not None and constant.high is not None
+    return constant.high - constant.low
+
+
 def seeded(*runs: Run, seed: int = 1987) -> tuple[Run, ...]:
     random = np.random.default_rng(seed)
     return tuple(noisy(run, random) for run in runs)
@@ -102,15 +107,16 @@ def test_assumed_constants_wrong_by_three_lead_to_the_same_answer(found):
     for name in BOUNDED:
         one, two = by_name(found)[name], by_name(other)[name]
         assert two.assumed == getattr(WRONG, name)
-        assert abs(one.value - two.value) < 0.3 * one.standard_error, name  # pyright: ignore[reportOperatorIssue]
-        assert two.high - two.low == pytest.approx(one.high - one.low, rel=0.2)  # pyright: ignore[reportOptionalOperand]
+        assert one.standard_error is not None
+        assert abs(one.value - two.value) < 0.3 * one.standard_error, name
+        assert width(two) == pytest.approx(width(one), rel=0.2)
 
 
 def test_a_held_out_run_is_accounted_for_and_never_used():
     kept, held = seeded(*REFERENCE_RUNS)
     held = dataclasses.replace(held, hold_out=True)
     one = fitted(dataset(kept, held))
-    bent = dataclasses.replace(held, displacement=1.5 * held.displacement, friction=0.5 * held.friction)  # pyright: ignore[reportOptionalOperand]
+    bent = dataclasses.replace(held, displacement=1.5 * held.displacement, friction=None)
     two = fitted(dataset(kept, bent))
     for a, b in zip(one.constants, two.constants, strict=True):
         assert (a.value, a.low, a.high) == (b.value, b.low, b.high)
