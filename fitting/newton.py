@@ -11,6 +11,8 @@ from fitting.lanes import Lanes, Linearisation, Misfit
 
 OUTLIER = 4.0
 TRIES = 16
+NEARBY = 1e-3
+MOST_OF_THE_WAY = 0.8
 STUCK = 1e8
 ROUGHNESS = 0.1
 """A search that finds no lower point has converged if its first step promised less than this share of the
@@ -189,7 +191,7 @@ def _judge(search: _Search, step: _Step, linear: Linearisation, prior: float, to
     else:
         search.damping *= 8
         search.promised = max(search.promised, step.predicted)
-    search.converged = step.predicted < small or 0 < gain < small
+    search.converged = 0 <= step.predicted < small or 0 < gain < small
     if search.damping > STUCK:
         search.over, search.converged = True, search.promised < ROUGHNESS * search.loss.level
     search.over = search.over or search.converged
@@ -270,23 +272,43 @@ def _step(misfit: Misfit, search: _Search, held: np.ndarray) -> _Step:
     _, prior_gradient, prior_curvature = misfit.unknowns.prior(coordinates)
     gradient = weights @ reduced.gradient + prior_gradient
     curvature = np.einsum("l,lpq->pq", weights, reduced.curvature) + np.diag(prior_curvature)
-    active = ((coordinates <= lower) & (gradient > 0)) | ((coordinates >= upper) & (gradient < 0))
-    step = np.zeros(p)
-    for _ in range(p):
-        free = ~(held | active)
-        if not free.any():
-            break
-        block = curvature[np.ix_(free, free)]
-        block = block + np.diag(damping * np.diag(block) + 1e-12)
-        step = np.zeros(p)
-        step[free] = -np.linalg.solve(block, gradient[free])
-        blocked = free & (((coordinates <= lower) & (step < 0)) | ((coordinates >= upper) & (step > 0)))
-        if not blocked.any():
-            break
-        active |= blocked
+    step, active = _bounded_step(coordinates, gradient, curvature, damping, held, lower, upper)
     trial = np.clip(coordinates + step, lower, upper)
-    step = trial - coordinates
     start_gain = -np.einsum("l,ls,ls->", weights, linear.gradient[:, p:], reduced.start_step)
     predicted = float(-(2 * gradient @ step + step @ curvature @ step) + start_gain)
     starts = search.starts + reduced.start_step + reduced.start_response @ step
-    return _Step(trial, starts, predicted, active & ~held)
+    return _Step(trial, starts, predicted, active)
+
+
+def _bounded_step(
+    coordinates: np.ndarray,
+    gradient: np.ndarray,
+    curvature: np.ndarray,
+    damping: float,
+    held: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The damped Newton step within the bounds, and which unknowns it leaves on one.
+
+    An unknown that would leave its bounds goes most of the way to the bound, the last of it only from
+    nearby, and the others are solved for again.
+    """
+    step = np.zeros(len(coordinates))
+    stopped = np.zeros(len(coordinates), bool)
+    damped = curvature + np.diag(damping * np.diag(curvature) + 1e-12)
+    for _ in range(len(coordinates)):
+        free = ~(held | stopped)
+        if not free.any():
+            break
+        pull = gradient[free] + damped[np.ix_(free, ~free)] @ step[~free]
+        step[free] = -np.linalg.solve(damped[np.ix_(free, free)], pull)
+        beyond = free & ((coordinates + step < lower) | (coordinates + step > upper))
+        if not beyond.any():
+            break
+        way = np.clip(coordinates + step, lower, upper) - coordinates
+        near = np.abs(way) < NEARBY * (upper - lower)
+        step = np.where(beyond, np.where(near, way, MOST_OF_THE_WAY * way), step)
+        stopped |= beyond
+    reached = coordinates + step
+    return step, stopped & ((reached <= lower) | (reached >= upper))

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.opening import Scales, opening, scales
+from fitting.segments import LEAST_SAMPLES
 from fitting.settings import Settings
 from fitting.signals import Signals, natural_period, read_signals
 from fitting.unknowns import Unknown, Unknowns
@@ -48,9 +49,16 @@ class Problem:
 def pose(dataset: DataSet, settings: Settings) -> Problem:
     """The problem of fitting this data set.
 
-    Raises UserError for an effect that is not on the shelf or a parameter that cannot be freed.
+    Raises UserError for an effect that is not on the shelf, a parameter that cannot be freed, and a run too
+    short for a segment.
     """
     effects = effects_at_null(settings.effects)
+    for run in dataset.runs:
+        if len(run.time) < LEAST_SAMPLES:
+            raise UserError(
+                f"{run.file}: {len(run.time)} samples are fewer than the {LEAST_SAMPLES} of a segment; "
+                "record longer or take the run out of rig.toml."
+            )
     signals = tuple(read_signals(run, dataset.noise) for run in dataset.runs)
     chosen = tuple(signal for signal in signals if not signal.run.hold_out)
     scale = scales(chosen)

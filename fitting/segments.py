@@ -12,7 +12,6 @@ from scipy.interpolate import CubicSpline
 
 from fitting.lanes import Lanes
 from fitting.signals import Signals, excitation
-from jaxstick.errors import UserError
 from jaxstick.parts.drive import RecordedDrive
 from jaxstick.record import KnownRig
 
@@ -34,17 +33,10 @@ def cut(signals: Sequence[Signals], unit: float, group: int | None) -> list[Segm
     """Segments that cover every run: `group` units of about `unit` seconds each; whole runs where None.
 
     The edges of units do not depend on the group, so that every long segment begins where a short one does.
-
-    Raises UserError for a run too short for a single unit.
     """
     segments = []
     for number, signal in enumerate(signals):
         samples = len(signal.run.time)
-        if samples < LEAST_SAMPLES:
-            raise UserError(
-                f"{signal.run.file}: {samples} samples are fewer than the {LEAST_SAMPLES} of a segment; "
-                "record longer or take the run out of rig.toml."
-            )
         units = max(1, samples // max(LEAST_SAMPLES, round(unit / signal.run.interval)))
         fine = np.linspace(0, samples, units + 1).round().astype(int)
         whole = 1 if group is None else max(1, round(units / group))

@@ -72,10 +72,7 @@ def stage(
     segments: Sequence[Segment] | None = None,
 ) -> Stage:
     """The stage with segments of `group` units, or with the given ones, none longer; the integration step is
-    chosen for a contact of stiffness k1.
-
-    Raises UserError for a run with fewer samples than a segment.
-    """
+    chosen for a contact of stiffness k1."""
     chosen = problem.chosen
     segments = cut(chosen, unit(problem), group) if segments is None else segments
     number = steps(problem, group, k1, settings)

@@ -43,13 +43,17 @@ def trajectory(hypothesis: Hypothesis) -> Trajectory:
     return travelled(hypothesis.oscillator())
 
 
+def null(key: str) -> AbstractEffect:
+    return effects_at_null((key,))[key]
+
+
 def names(key: str) -> list[str]:
-    return [place.path[-1] for place in parameters(catalogue()[key]())]
+    return [place.path[-1] for place in parameters(null(key))]
 
 
 def at(key: str, value: float) -> AbstractEffect:
     """The effect with every parameter at this value."""
-    return replace(catalogue()[key](), dict.fromkeys(names(key), value))
+    return replace(null(key), dict.fromkeys(names(key), value))
 
 
 def off(one: Trajectory, other: Trajectory) -> float:
@@ -71,7 +75,7 @@ def test_nothing_changes_at_null(key):
 def test_every_parameter_changes_something_away_from_null(key):
     without = trajectory(Hypothesis(NOMINAL))
     for name in names(key):
-        effect = replace(at(key, AWAY), {name: find(catalogue()[key](), name).parameter.null})
+        effect = replace(at(key, AWAY), {name: find(null(key), name).parameter.null})
         assert off(trajectory(Hypothesis(NOMINAL, {key: at(key, AWAY)})), without) > 1e-4
         assert (
             off(
@@ -94,7 +98,7 @@ def test_two_effects_attach_in_either_order(one, other):
 
 @EACH
 def test_parameters_say_what_they_are(key):
-    effect = catalogue()[key]()
+    effect = null(key)
     places = list(parameters(effect))
     assert places, "an effect needs a strength"
     for place in places:
@@ -116,7 +120,7 @@ def test_the_card_is_written(key):
 
 @EACH
 def test_the_gradient_at_null_is_finite_and_sees_the_strength(key):
-    effect = catalogue()[key]()
+    effect = null(key)
     weight = jnp.asarray(np.random.default_rng(1).standard_normal(GRID.samples))
 
     @jax.jit
