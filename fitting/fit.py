@@ -28,7 +28,7 @@ part from the record."""
 MOST_LOST = 0.4
 """The share of longer segments that may be lost before the fit stays with the shorter ones."""
 STARTS = 3
-WIDE = 30
+WIDE = 48
 
 
 def fit(dataset: DataSet, settings: Settings | None = None, progress: Progress | None = None) -> Fit:

@@ -24,7 +24,7 @@ PRIOR_SHARE = {"damping": 0.2, "drive_damping": 0.2}
 PRIOR_SHARE_ELSE = 0.02
 TYPICAL_DECAYS = (4.0, 12.0, 40.0)
 """B times the top speed: weakening over a quarter, a twelfth, a fortieth of the speeds in the data."""
-SCATTER = {"A": 0.7, "B": 0.9, "C": 0.15, "D": 1.0, "k1": 0.7}
+SCATTER = {"A": 0.7, "B": 0.9, "C": 0.15, "D": 1.0, "k1": 1.2}
 """Standard deviation of the logarithm of random starting values around those read off the data."""
 
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from jaxstick.errors import UserError
 from jaxstick.formats.foreign import read_foreign
 from jaxstick.output import OutputFolder
-from jaxstick.record import AssumedConstants, DataSet, KnownRig, Run, load_dataset, save_dataset
+from jaxstick.record import AssumedConstants, DataSet, KnownRig, Noise, Run, load_dataset, save_dataset
 
 COLUMNS = {"time": "t_s", "base": "base_y_m", "displacement": "mass_x_m"}
 GRAVITY = 9.81
@@ -65,7 +65,8 @@ def convert(arguments: argparse.Namespace) -> DataSet:
             assumed=assumed if disc is None else replace(assumed, C=arguments.mu * disc * GRAVITY),
         )
         runs.append(run)
-    return DataSet(name=arguments.out.name, rig=rig, assumed=assumed, runs=tuple(runs))
+    noise = Noise(displacement=arguments.noise)
+    return DataSet(name=arguments.out.name, rig=rig, assumed=assumed, noise=noise, runs=tuple(runs))
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -79,6 +80,7 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--damping", type=float, default=0.669, help="c = c_d [N s/m]")
     parser.add_argument("--frequency", type=float, default=1.0, help="of the base [Hz]")
     parser.add_argument("--mu", type=float, default=0.29, help="friction coefficient of disc and plate")
+    parser.add_argument("--noise", type=float, default=3e-6, help="of the displacement, standard dev. [m]")
     parser.add_argument("--disc-mass", type=float, action="append", help="[kg], once for each file")
     parser.add_argument(
         "--hold-out", action="append", default=[], metavar="IN.csv", help="never to be fitted"

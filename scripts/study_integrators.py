@@ -64,7 +64,7 @@ class ClassicalRungeKutta(diffrax.AbstractERK):
         b_error=np.array([0.0, 0.0, 0.0, 0.0]),
         c=np.array([0.5, 0.5, 1.0]),
     )
-    interpolation_cls: ClassVar[Callable[..., diffrax.LocalInterpolation]] = _Linear
+    interpolation_cls: ClassVar[Callable[..., _Linear]] = _Linear
 
     def order(self, terms: object) -> int:
         del terms
