@@ -28,7 +28,7 @@ part from the record."""
 MOST_LOST = 0.4
 """The share of longer segments that may be lost before the fit stays with the shorter ones."""
 STARTS = 3
-WIDE = 48
+WIDE = 32
 
 
 def fit(dataset: DataSet, settings: Settings | None = None, progress: Progress | None = None) -> Fit:
@@ -80,12 +80,14 @@ def _search(problem: Problem, settings: Settings, progress: Progress) -> tuple[S
     for group in rungs[1:]:
         longer = stage(problem, group, _k1(problem, solution), settings)
         if group is None:
-            points = _around(problem, solution, settings)
-            found = finish(longer, points, progress)
+            found = finish(longer, _around(problem, solution, settings), progress)
         else:
-            found = refine(longer, solution.coordinates, longer.starts_from(here, solution.starts), progress)
+            starts = longer.starts_from(here, solution.starts)
+            found = refine(longer, solution.coordinates, starts, progress)
             lost = _lost(longer, found, PARTING * _misfit(here, solution))
             if lost.mean() > MOST_LOST:
+                if settings.horizon is None:
+                    continue
                 break
             if lost.any():
                 longer, starts = _split(problem, here, solution, longer, found, lost, settings)

@@ -108,8 +108,8 @@ def scatter(problem: Problem, coordinates: np.ndarray, count: int, seed: int) ->
 
 
 def time_scale(signals: Sequence[Signals]) -> float:
-    """The natural period of the rig [s], the longest of all runs; 100 samples where it has no springs."""
-    return max(natural_period(signal.run.rig) or 100 * signal.run.interval for signal in signals)
+    """The natural period of the rig [s], the longest of all runs; 400 samples where it has no springs."""
+    return max(natural_period(signal.run.rig) or 400 * signal.run.interval for signal in signals)
 
 
 def _constants(scale: Scales) -> list[Unknown]:

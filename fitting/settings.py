@@ -10,7 +10,7 @@ import os
 class Settings:
     """How a fit is done.
 
-    horizon: the longest segments, in natural periods of the rig (in hundreds of samples where it has no
+    horizon: the longest segments, in natural periods of the rig (in units of 400 samples where it has no
     springs). The fit works its way up to them and stops earlier where the model cannot follow the record so
     far; None is the whole record, followed or not. effects: keys of effects that take part; free: rig
     parameters that are fitted too, under a prior around their stated values; starts: how many descents;

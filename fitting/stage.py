@@ -89,7 +89,8 @@ def steps(problem: Problem, group: int | None, k1: float, settings: Settings) ->
     """Integration steps a sample for segments of `group` units and a contact of stiffness k1 [N/m].
 
     The longer the segments, the more they tell and the finer the steps must be: the resolution grows with
-    the fourth root of the length, from what `settings` says at a quarter of a natural period on.
+    the fourth root of the length, from what `settings` says at a quarter of a natural period on. Whole
+    records that are followed whether or not the model fits ask for no more than that.
 
     Where friction was not recorded, a contact so stiff that its deflection drowns in the noise of the
     displacement need not have its ring resolved.
@@ -100,8 +101,7 @@ def steps(problem: Problem, group: int | None, k1: float, settings: Settings) ->
     contact = dataclasses.replace(nominal.contact, k1=k1)
     period = shortest_period(dataclasses.replace(nominal, contact=contact))
     interval = max(signal.run.interval for signal in problem.chosen)
-    units = interval * max(len(signal.run.time) for signal in problem.chosen) / unit(problem)
-    growth = max(1.0, units if group is None else group) ** 0.25
+    growth = 1.0 if group is None else group**0.25
     wanted = substeps(interval, period, settings.resolution * growth)
     return next((number for number in SUBSTEPS if number >= wanted), SUBSTEPS[-1])
 

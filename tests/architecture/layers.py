@@ -86,6 +86,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("fitting.descent",),
     ("fitting.search",),
     (
+        "fitting.input_noise",
         "fitting.intervals",
         "fitting.uncertainty",
     ),

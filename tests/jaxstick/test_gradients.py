@@ -41,8 +41,8 @@ def _outcome(oscillator: Oscillator, samples: int) -> Callable[[Array], Array]:
 
 
 def _central_difference(outcome: Callable[[Array], Array], point: np.ndarray, index: int) -> np.ndarray:
-    """The fourth-order central difference, of a ladder of step sizes the one that agrees best with the next:
-    large steps meet events that cross a node of the grid, small ones rounding."""
+    """The fourth-order central difference, of a ladder of step sizes the one that agrees best with both its
+    neighbours: large steps meet events that cross a node of the grid, small ones rounding."""
     ladder = []
     for share in 10.0 ** np.arange(-4.5, -7.1, -0.25):
         shift = np.zeros_like(point)
@@ -53,7 +53,7 @@ def _central_difference(outcome: Callable[[Array], Array], point: np.ndarray, in
         )
         ladder.append((8 * near - far) / (12 * shift[index]))
     spread = [np.abs(a - b).max() for a, b in itertools.pairwise(ladder)]
-    return ladder[int(np.argmin(spread)) + 1]
+    return ladder[int(np.argmin(np.maximum(spread[:-1], spread[1:]))) + 1]
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,6 @@ def test_forward_is_reverse_is_central_difference(contact: type[AbstractContact]
     assert np.abs(forward - reverse).max(axis=0) == pytest.approx(0, abs=1e-10 * scale.max())
     for index in range(len(POINT)):
         difference = _central_difference(outcome, POINT, index)
-        print(index, np.abs(difference - forward[:, index]).max() / scale[index])
         gap = np.abs(difference - forward[:, index]).max() / scale[index]
         assert gap < (1e-6 if ratio > 0.1 else 1e-5), f"{index}: {gap:.1e}"
 
