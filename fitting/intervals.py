@@ -13,7 +13,7 @@ from fitting.newton import Robust, Solution, solve
 from fitting.uncertainty import Spread
 
 NEARLY_LINEAR = 0.3
-LARGEST_STEPS = 6
+LARGEST_STEPS = 10
 
 
 @dataclasses.dataclass(frozen=True)
@@ -72,13 +72,19 @@ def _crossing(
     threshold: float,
     progress: Callable[[], None],
 ) -> float | None:
-    """Where the profile crosses the threshold on the way to `bound`; None where it does not."""
+    """Where the profile crosses the threshold on the way to `bound`; None where it does not, or where the
+    other unknowns cannot be settled on the way.
+
+    The root of the rise in cost is nearly linear, so a crossing is interpolated once it is bracketed by a
+    point that overshoots by no more than a factor of two; a point that overshoots by more is drawn nearer.
+    """
     at = float(solution.coordinates[index])
     sense = 1.0 if bound > at else -1.0
     fixed = np.zeros(len(misfit.unknowns), bool)
     fixed[index] = True
     coordinates, starts = solution.coordinates, solution.starts
-    inner, inner_root = at, 0.0
+    target = math.sqrt(threshold)
+    inner, inner_root, nearest = at, 0.0, None
     step = reach if math.isfinite(reach) and reach > 0 else abs(bound - at)
     for _ in range(LARGEST_STEPS):
         outer = bound if abs(bound - inner) <= step else inner + sense * step
@@ -87,17 +93,31 @@ def _crossing(
         point = coordinates.copy()
         point[index] = outer
         (found,) = solve(
-            misfit, lanes, point[None], starts[None], fixed=fixed, robust=robust, iterations=8, tolerance=1e-2
+            misfit,
+            lanes,
+            point[None],
+            starts[None],
+            fixed=fixed,
+            robust=robust,
+            iterations=25,
+            tolerance=1e-2,
         )
         progress()
+        if not found.converged:
+            return nearest
         root = math.sqrt(max(found.cost - solution.cost, 0.0))
-        target = math.sqrt(threshold)
         if root >= target:
             share = (target - inner_root) / max(root - inner_root, 1e-300)
-            return inner + share * (outer - inner)
+            if root <= 2 * target:
+                return inner + share * (outer - inner)
+            nearest = outer
+            step = max(1.5 * share, 0.1) * abs(outer - inner)
+            continue
         if outer == bound:
             return None
         coordinates, starts = found.coordinates, found.starts
         inner, inner_root = outer, root
         step = max(1.3 * (target - root) * abs(outer - at) / max(root, 1e-3 * target), 0.3 * step)
-    return None
+        if nearest is not None:
+            step = min(step, 0.5 * abs(nearest - inner))
+    return nearest
