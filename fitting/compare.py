@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fitting.against import against
-from fitting.saved import CONSTANTS, SavedFit, SavedRun
+from fitting.saved import SavedFit, SavedRun
 from jaxstick.cycle import Cycle, cycle_of, outcome_of
 from jaxstick.hypothesis import Hypothesis, effects_at_null
 from jaxstick.nominal import nominal
@@ -18,7 +18,7 @@ from jaxstick.oscillator import Oscillator, Start
 from jaxstick.outcome import Outcome, outcome
 from jaxstick.parameter import replace
 from jaxstick.parts.drive import SineDrive
-from jaxstick.record import AssumedConstants, DataSet, KnownRig, RigSheet
+from jaxstick.record import CONSTANTS, AssumedConstants, DataSet, KnownRig, RigSheet
 from jaxstick.side_by_side import Journey, side_by_side
 
 OTHERS = "others"

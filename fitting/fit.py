@@ -12,7 +12,7 @@ from fitting.descent import Descent
 from fitting.input_noise import input_covariance
 from fitting.intervals import Interval, interval
 from fitting.newton import Robust, Solution
-from fitting.problem import CONSTANTS, Problem, beginnings, pose, scatter
+from fitting.problem import Problem, beginnings, pose, scatter
 from fitting.progress import Progress, Silent
 from fitting.result import Constant, Fit
 from fitting.search import FINALISTS, descend_from, finish, refine
@@ -20,7 +20,7 @@ from fitting.settings import Settings
 from fitting.stage import SHORTEST, Stage, ladder, stage, steps
 from fitting.uncertainty import spread
 from fitting.unknowns import Unknown
-from jaxstick.record import AssumedConstants, DataSet
+from jaxstick.record import CONSTANTS, AssumedConstants, DataSet
 
 PARTING = 1.15
 """By what factor chi-square per degree of freedom may grow with longer segments before the model is said to

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
 
 import numpy as np
 
@@ -36,7 +35,6 @@ def interval(
     robust: Robust,
     spread: Spread,
     index: int,
-    progress: Callable[[], None] = lambda: None,
 ) -> Interval:
     """The interval of the unknown at `index`.
 
@@ -54,10 +52,7 @@ def interval(
     if clear and (relative < NEARLY_LINEAR or unknown.lower < 0):
         return Interval(at - reach, at + reach, deviation, "covariance")
     threshold = float(spread.quantile()[index]) ** 2 * float(max(spread.inflation()[index], 1e-12))
-    ends = [
-        _crossing(misfit, lanes, solution, robust, index, bound, reach, threshold, progress)
-        for bound in bounds
-    ]
+    ends = [_crossing(misfit, lanes, solution, robust, index, bound, reach, threshold) for bound in bounds]
     return Interval(ends[0], ends[1], deviation, "profile")
 
 
@@ -70,7 +65,6 @@ def _crossing(
     bound: float,
     reach: float,
     threshold: float,
-    progress: Callable[[], None],
 ) -> float | None:
     """Where the profile crosses the threshold on the way to `bound`; None where it does not, or where the
     other unknowns cannot be settled on the way.
@@ -102,7 +96,6 @@ def _crossing(
             iterations=25,
             tolerance=1e-2,
         )
-        progress()
         if not found.converged:
             return nearest
         root = math.sqrt(max(found.cost - solution.cost, 0.0))

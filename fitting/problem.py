@@ -17,9 +17,8 @@ from jaxstick.hypothesis import Hypothesis, effects_at_null
 from jaxstick.nominal import nominal
 from jaxstick.parameter import find, parameters
 from jaxstick.parts.drive import SineDrive
-from jaxstick.record import AssumedConstants, DataSet, KnownRig
+from jaxstick.record import CONSTANTS, AssumedConstants, DataSet, KnownRig
 
-CONSTANTS = ("A", "B", "C", "D", "k1")
 PRIOR_SHARE = {"damping": 0.2, "drive_damping": 0.2}
 PRIOR_SHARE_ELSE = 0.02
 TYPICAL_DECAYS = (4.0, 12.0, 40.0)

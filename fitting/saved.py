@@ -11,11 +11,10 @@ from typing import Any
 from jaxstick.cycle import Cycle
 from jaxstick.errors import UserError
 from jaxstick.outcome import Outcome
-from jaxstick.record import AssumedConstants, KnownRig
+from jaxstick.record import CONSTANTS, AssumedConstants, KnownRig
 
 FIT_FILE = "fit.json"
 SCHEMA = 1
-CONSTANTS = ("A", "B", "C", "D", "k1")
 
 _RIG_KEYS = {
     "mass": "mass_kg",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from fitting.descent import Descent, descend
@@ -34,15 +36,12 @@ def finish(stage: Stage, points: np.ndarray, progress: Progress) -> Solution:
     progress.stage("least squares, roughly", ROUGH)
     misfit, lanes = stage.misfit, stage.lanes
 
-    def tell(cost: float) -> None:
-        progress.advance(f"chi2 {cost:.6g}")
-
     every = lanes.take(np.tile(np.arange(len(lanes)), len(points)))
     starts, _ = settle(
         misfit, every, np.repeat(points, len(lanes), axis=0), np.asarray(every.start), iterations=3
     )
     starts = starts.reshape(len(points), len(lanes), -1)
-    rough = solve(misfit, lanes, points, starts, iterations=ROUGH, tolerance=1.0, progress=tell)
+    rough = solve(misfit, lanes, points, starts, iterations=ROUGH, tolerance=1.0, progress=_teller(progress))
     leader = min(rough, key=lambda solution: solution.cost)
     return refine(stage, leader.coordinates, leader.starts, progress)
 
@@ -53,13 +52,14 @@ def refine(stage: Stage, coordinates: np.ndarray, starts: np.ndarray, progress: 
     misfit, lanes = stage.misfit, stage.lanes
     progress.stage("least squares", 15)
 
-    def tell(cost: float) -> None:
-        progress.advance(f"chi2 {cost:.6g}")
-
-    (best,) = solve(misfit, lanes, coordinates[None], starts[None], progress=tell)
+    (best,) = solve(misfit, lanes, coordinates[None], starts[None], progress=_teller(progress))
     for attempt in range(ATTEMPTS):
         freed = unstick(misfit, lanes, best.coordinates, best.starts, best.linear.cost, seed=attempt)
         if freed is None:
             break
-        (best,) = solve(misfit, lanes, best.coordinates[None], freed[None], progress=tell)
+        (best,) = solve(misfit, lanes, best.coordinates[None], freed[None], progress=_teller(progress))
     return best
+
+
+def _teller(progress: Progress) -> Callable[[float], None]:
+    return lambda cost: progress.advance(f"chi2 {cost:.6g}")

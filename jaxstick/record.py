@@ -119,6 +119,9 @@ class Run:
         return {name: samples for name, samples in recorded.items() if samples is not None}
 
 
+CONSTANTS = tuple(field.name for field in fields(AssumedConstants))
+"""A, B, C, D, k1."""
+
 CHANNEL_NAMES = tuple(field.name for field in fields(Noise))
 """displacement, friction, base, force, velocity."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -44,19 +45,12 @@ def simulations(source: DataSet | RigSheet) -> DataSet:
         blanks = tuple(_blank(plan, journey) for plan, journey in zip(source.runs, journeys, strict=True))
     trajectories = side_by_side(journeys)
     runs = tuple(
-        Run(
-            file=blank.file,
-            time=blank.time,
+        replace(
+            blank,
             displacement=np.asarray(trajectory.displacement),
             friction=np.asarray(trajectory.friction),
             base=_base(blank, journey.oscillator.drive),
-            force=blank.force,
-            frequency=blank.frequency,
-            base_amplitude=blank.base_amplitude,
-            base_phase=blank.base_phase,
-            hold_out=blank.hold_out,
-            rig=blank.rig,
-            assumed=blank.assumed,
+            velocity=None,
         )
         for blank, journey, trajectory in zip(blanks, journeys, trajectories, strict=True)
     )

@@ -26,10 +26,10 @@ from scipy.stats import beta
 
 from fitting.fit import fit
 from fitting.newton import settle
-from fitting.problem import CONSTANTS, pose
+from fitting.problem import pose
 from fitting.settings import Settings
 from fitting.stage import stage
-from jaxstick.record import AssumedConstants, DataSet, KnownRig, Noise, Run
+from jaxstick.record import CONSTANTS, AssumedConstants, DataSet, KnownRig, Noise, Run
 from tests.reference import loaded, rig1987
 from tests.reference.drive import SineDrive
 from tests.reference.oscillator import Oscillator
