@@ -17,6 +17,8 @@ class Parameter:
     """The meaning of one physical parameter: unit, admissible values and, where it has one, its null value.
 
     `null` is the value at which the parameter has no influence (None where there is none, such as a mass).
+    `typical` is the size to be expected where it does, as a multiple of what its unit amounts to on the rig at
+    hand: N the level of friction, m the stroke, s the natural period, and their products and powers likewise.
     """
 
     unit: str
@@ -24,6 +26,7 @@ class Parameter:
     lower: float = -math.inf
     upper: float = math.inf
     null: float | None = None
+    typical: float | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,10 +50,11 @@ def parameter(
     lower: float = -math.inf,
     upper: float = math.inf,
     null: float | None = None,
+    typical: float | None = None,
     **field: Any,
 ) -> Any:
     """A field of an `equinox.Module` that holds a physical parameter (a float or an array of lanes)."""
-    return eqx.field(metadata={_KEY: Parameter(unit, meaning, lower, upper, null)}, **field)
+    return eqx.field(metadata={_KEY: Parameter(unit, meaning, lower, upper, null, typical)}, **field)
 
 
 def parameters(module: eqx.Module) -> Iterator[Place]:
