@@ -13,7 +13,7 @@ from fitting.newton import OUTLIER, Solution, settle, unstick
 from fitting.problem import Problem
 from fitting.progress import Progress
 from fitting.result import FreeRun, Gap, Trace
-from fitting.segments import Segment, cut, lay_out
+from fitting.segments import Segment, cut, lay_out, merged
 from fitting.signals import Signals
 from fitting.stage import Stage, unit
 
@@ -82,8 +82,8 @@ def _held_out(
     """Segments, lanes and best starts of runs that were not fitted, by way of the shortest segments, and
     which segments stay far worse than the rest."""
     settled: dict[tuple[int, int], np.ndarray] = {}
-    for group in (1, last.group):
-        segments = cut(held, unit(problem), group)
+    short = cut(held, unit(problem))
+    for segments in (short, merged(short, math.inf if last.group is None else last.group)):
         lanes = lay_out(held, segments, problem.dataset.rig, problem.scale.force, last.lanes.substeps)
         prior = np.asarray(lanes.start)
         starts = np.array([settled.get((s.run, s.first), prior[i]) for i, s in enumerate(segments)])

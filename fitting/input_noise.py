@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import jax
 import numpy as np
 
+from fitting.lanes import Misfit
 from fitting.newton import Solution, reduce
 from fitting.problem import Problem
 from fitting.segments import lay_out
@@ -28,16 +30,31 @@ def input_covariance(problem: Problem, stage: Stage, solution: Solution, seed: i
     curvature = np.einsum("l,lpq->pq", solution.weights, settled.curvature)
     curvature += np.diag(problem.unknowns.prior(solution.coordinates)[2])
     random = np.random.default_rng(seed)
-    each = np.broadcast_to(solution.coordinates, (len(stage.lanes), p))
-    steps = []
-    for _ in range(DRAWS):
-        signals = [signal.redrawn(random) for signal in problem.chosen]
-        lanes = lay_out(
-            signals, stage.segments, problem.dataset.rig, problem.scale.force, stage.lanes.substeps
+    rig, force = problem.dataset.rig, problem.scale.force
+    draws = [
+        lay_out(
+            [signal.redrawn(random) for signal in problem.chosen],
+            stage.segments,
+            rig,
+            force,
+            stage.lanes.substeps,
         )
-        drawn = reduce(stage.misfit.linearise(lanes, each, solution.starts), p)
-        gradient = solution.weights @ (drawn.gradient - settled.gradient)
-        steps.append(np.linalg.solve(curvature[np.ix_(free, free)], gradient[free]))
+        for _ in range(DRAWS)
+    ]
+    lanes = jax.tree.map(lambda *leaves: np.concatenate(leaves), *draws)
+    misfit = Misfit(
+        stage.misfit.hypothesis(solution.coordinates),
+        problem.unknowns,
+        lanes=len(lanes),
+        workers=stage.misfit.workers,
+    )
+    each = np.broadcast_to(solution.coordinates, (len(lanes), p))
+    drawn = reduce(misfit.linearise(lanes, each, np.tile(solution.starts, (DRAWS, 1))), p)
+    gradients = drawn.gradient.reshape(DRAWS, -1, p) - settled.gradient
+    steps = [
+        np.linalg.solve(curvature[np.ix_(free, free)], (solution.weights @ gradient)[free])
+        for gradient in gradients
+    ]
     moved = np.array(steps)
     out[np.ix_(free, free)] = moved.T @ moved / DRAWS
     return out

@@ -18,7 +18,7 @@ from jaxstick.hypothesis import Hypothesis
 from jaxstick.oscillator import Start
 from jaxstick.parameter import find, replace
 from jaxstick.parts.drive import RecordedDrive
-from jaxstick.simulate import Grid, march
+from jaxstick.simulate import Grid, Trajectory, march
 
 LARGEST_PACK = 512
 
@@ -71,24 +71,28 @@ def lane_oscillator(hypothesis: Hypothesis, lane: Lanes) -> Any:
     return eqx.tree_at(lambda h: h.nominal, hypothesis, nominal).oscillator()
 
 
-def lane_prediction(hypothesis: Hypothesis, lane: Lanes, start: Array) -> tuple[Array, Array]:
-    """What the instrument reads along one lane: displacement [m] and friction [N], one value a sample."""
+def lane_motion(hypothesis: Hypothesis, lane: Lanes, start: Array) -> Trajectory:
+    """The motion along one lane from a start."""
     origin, interval = jnp.asarray(lane.start_time), jnp.asarray(lane.interval)
     grid = Grid(origin, interval, lane.displacement.shape[-1], lane.substeps)
-    trajectory = march(lane_oscillator(hypothesis, lane), Start(*start), grid)
-    return trajectory.displacement, trajectory.friction
+    return march(lane_oscillator(hypothesis, lane), Start(*start), grid)
 
 
-def lane_residual(hypothesis: Hypothesis, lane: Lanes, start: Array) -> Array:
+def lane_residual(lane: Lanes, motion: Trajectory, start: Array) -> Array:
     """Residuals of one lane in standard deviations: displacement, friction, prior of the start."""
-    displacement, friction = lane_prediction(hypothesis, lane, start)
     return jnp.concatenate(
         [
-            lane.displacement_weight * (displacement - lane.displacement),
-            lane.friction_weight * (friction - lane.friction),
+            lane.displacement_weight * (motion.displacement - lane.displacement),
+            lane.friction_weight * (motion.friction - lane.friction),
             (start - lane.start) / lane.start_deviation,
         ]
     )
+
+
+def lane_end(lane: Lanes, motion: Trajectory) -> Array:
+    """Displacement, velocity and friction force at the sample after the last that counts."""
+    count = jnp.sum(jnp.asarray(lane.displacement_weight) > 0)
+    return jnp.stack([motion.x[count], motion.v[count], motion.force[count]])
 
 
 class Linearisation(NamedTuple):
@@ -98,6 +102,15 @@ class Linearisation(NamedTuple):
     cost: np.ndarray
     gradient: np.ndarray
     curvature: np.ndarray
+
+
+class Followed(NamedTuple):
+    """A linearisation, and per lane where its motion arrives at the sample after its last: displacement,
+    velocity, friction force (lanes, 3), with derivatives (lanes, 3, unknowns + 3)."""
+
+    linear: Linearisation
+    end: np.ndarray
+    end_jacobian: np.ndarray
 
 
 class Misfit:
@@ -112,13 +125,19 @@ class Misfit:
         self.unknowns = unknowns
         self._hypothesis = jax.tree.map(np.asarray, hypothesis)
         self._chart = unknowns.chart()
-        self._workers = workers
+        self.workers = workers
         rounds = -(-lanes // (workers * LARGEST_PACK))
         self._pack = -(-lanes // (workers * rounds))
 
     def linearise(self, lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray) -> Linearisation:
         """Cost, gradient, curvature of every lane; `coordinates` (lanes, unknowns), `starts` (lanes, 3)."""
         return Linearisation(*self._in_packs(_linearise, lanes, coordinates, starts))
+
+    def follow(self, lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray) -> Followed:
+        """The linearisation of every lane and where its motion arrives; every lane must be laid out with at
+        least one sample more than count."""
+        cost, gradient, curvature, end, slope = self._in_packs(_follow, lanes, coordinates, starts)
+        return Followed(Linearisation(cost, gradient, curvature), end, slope)
 
     def predict(
         self, lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray
@@ -145,7 +164,7 @@ class Misfit:
 
     def _in_packs(self, program: Callable[..., Any], lanes: Lanes, *arrays: np.ndarray) -> list[np.ndarray]:
         count = len(lanes)
-        pack = min(self._pack, -(-count // self._workers))
+        pack = min(self._pack, -(-count // self.workers))
 
         def run(first: int) -> tuple[np.ndarray, ...]:
             index = np.minimum(np.arange(first, first + pack), count - 1)
@@ -155,7 +174,7 @@ class Misfit:
                 )
             return tuple(np.asarray(leaf)[: count - first] for leaf in out)
 
-        with ThreadPoolExecutor(self._workers) as pool:
+        with ThreadPoolExecutor(self.workers) as pool:
             packs = list(pool.map(run, range(0, count, pack)))
         return [np.concatenate(parts) for parts in zip(*packs, strict=True)]
 
@@ -167,7 +186,8 @@ def _jacobian(
     n = len(chart.names)
 
     def residual(point: Array) -> tuple[Array, Array]:
-        value = lane_residual(chart.insert(hypothesis, point[:n]), lane, point[n:])
+        motion = lane_motion(chart.insert(hypothesis, point[:n]), lane, point[n:])
+        value = lane_residual(lane, motion, point[n:])
         return value, value
 
     return jax.jacfwd(residual, has_aux=True)(jnp.concatenate([coordinates, start]))
@@ -180,6 +200,26 @@ def _linearise(
     def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array, Array]:
         jacobian, value = _jacobian(hypothesis, chart, lane, coordinates, start)
         return value @ value, value @ jacobian, jacobian.T @ jacobian
+
+    return jax.vmap(one)(lanes, coordinates, starts)
+
+
+@jax.jit
+def _follow(
+    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array
+) -> tuple[Array, Array, Array, Array, Array]:
+    n = len(chart.names)
+
+    def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array, Array, Array, Array]:
+        def both(point: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+            motion = lane_motion(chart.insert(hypothesis, point[:n]), lane, point[n:])
+            values = lane_residual(lane, motion, point[n:]), lane_end(lane, motion)
+            return values, values
+
+        (jacobian, slope), (value, end) = jax.jacfwd(both, has_aux=True)(
+            jnp.concatenate([coordinates, start])
+        )
+        return value @ value, value @ jacobian, jacobian.T @ jacobian, end, slope
 
     return jax.vmap(one)(lanes, coordinates, starts)
 
@@ -208,6 +248,7 @@ def _predict(
     hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array
 ) -> tuple[Array, Array]:
     def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array]:
-        return lane_prediction(chart.insert(hypothesis, coordinates), lane, start)
+        motion = lane_motion(chart.insert(hypothesis, coordinates), lane, start)
+        return motion.displacement, motion.friction
 
     return jax.vmap(one)(lanes, coordinates, starts)

@@ -11,6 +11,7 @@ from fitting.lanes import Lanes, Linearisation, Misfit
 
 OUTLIER = 4.0
 TRIES = 16
+ROUGHLY = 4
 NEARBY = 1e-3
 MOST_OF_THE_WAY = 0.8
 STUCK = 1e8
@@ -242,7 +243,9 @@ def unstick(
     prior, deviation = np.asarray(lanes.start)[stuck], np.asarray(lanes.start_deviation)[stuck]
     scatter = SCATTER * random.standard_normal((TRIES, len(stuck), 3))
     tries = (prior + scatter * deviation).reshape(-1, 3)
-    found, cost_found = settle(misfit, lanes.take(np.tile(stuck, TRIES)), coordinates, tries)
+    found, cost_found = settle(
+        misfit, lanes.take(np.tile(stuck, TRIES)), coordinates, tries, iterations=ROUGHLY
+    )
     cost_found = cost_found.reshape(TRIES, len(stuck))
     winner, column = np.argmin(cost_found, axis=0), np.arange(len(stuck))
     better = cost_found[winner, column] < 0.95 * cost[stuck]
@@ -272,7 +275,7 @@ def _step(misfit: Misfit, search: _Search, held: np.ndarray) -> _Step:
     _, prior_gradient, prior_curvature = misfit.unknowns.prior(coordinates)
     gradient = weights @ reduced.gradient + prior_gradient
     curvature = np.einsum("l,lpq->pq", weights, reduced.curvature) + np.diag(prior_curvature)
-    step, active = _bounded_step(coordinates, gradient, curvature, damping, held, lower, upper)
+    step, active = bounded_step(coordinates, gradient, curvature, damping, held, lower, upper)
     trial = np.clip(coordinates + step, lower, upper)
     start_gain = -np.einsum("l,ls,ls->", weights, linear.gradient[:, p:], reduced.start_step)
     predicted = float(-(2 * gradient @ step + step @ curvature @ step) + start_gain)
@@ -280,7 +283,7 @@ def _step(misfit: Misfit, search: _Search, held: np.ndarray) -> _Step:
     return _Step(trial, starts, predicted, active)
 
 
-def _bounded_step(
+def bounded_step(
     coordinates: np.ndarray,
     gradient: np.ndarray,
     curvature: np.ndarray,

@@ -16,6 +16,7 @@ DESCENT_LANES = 48
 FINALISTS = 3
 ATTEMPTS = 2
 ROUGH = 12
+FEW = 6
 
 
 def descend_from(stage: Stage, points: np.ndarray, settings: Settings, progress: Progress) -> Descent:
@@ -52,12 +53,16 @@ def refine(stage: Stage, coordinates: np.ndarray, starts: np.ndarray, progress: 
     misfit, lanes = stage.misfit, stage.lanes
     progress.stage("least squares", 15)
 
-    (best,) = solve(misfit, lanes, coordinates[None], starts[None], progress=_teller(progress))
     for attempt in range(ATTEMPTS):
-        freed = unstick(misfit, lanes, best.coordinates, best.starts, best.linear.cost, seed=attempt)
+        (best,) = solve(
+            misfit, lanes, coordinates[None], starts[None], iterations=FEW, progress=_teller(progress)
+        )
+        coordinates, starts = best.coordinates, best.starts
+        freed = unstick(misfit, lanes, coordinates, starts, best.linear.cost, seed=attempt)
         if freed is None:
             break
-        (best,) = solve(misfit, lanes, best.coordinates[None], freed[None], progress=_teller(progress))
+        starts = freed
+    (best,) = solve(misfit, lanes, coordinates[None], starts[None], progress=_teller(progress))
     return best
 
 

@@ -29,27 +29,39 @@ class Segment:
     last: int
 
 
-def cut(signals: Sequence[Signals], unit: float, group: int | None) -> list[Segment]:
-    """Segments that cover every run: `group` units of about `unit` seconds each; whole runs where None.
-
-    The edges of units do not depend on the group, so that every long segment begins where a short one does.
-    """
+def cut(signals: Sequence[Signals], unit: float) -> list[Segment]:
+    """Segments of about `unit` seconds each that cover every run."""
     segments = []
     for number, signal in enumerate(signals):
         samples = len(signal.run.time)
-        units = max(1, samples // max(LEAST_SAMPLES, round(unit / signal.run.interval)))
-        fine = np.linspace(0, samples, units + 1).round().astype(int)
-        whole = 1 if group is None else max(1, round(units / group))
-        edges = fine[np.linspace(0, units, whole + 1).round().astype(int)]
+        count = max(1, samples // max(LEAST_SAMPLES, round(unit / signal.run.interval)))
+        edges = np.linspace(0, samples, count + 1).round().astype(int)
         segments += [Segment(number, int(a), int(b)) for a, b in itertools.pairwise(edges)]
     return segments
 
 
+def merged(segments: Sequence[Segment], count: float) -> list[Segment]:
+    """Longer segments, each of about `count` consecutive ones of the same run; infinity merges whole runs."""
+    out = []
+    for number, group in itertools.groupby(segments, key=lambda segment: segment.run):
+        parts = list(group)
+        wanted = max(1, round(len(parts) / count))
+        edges = np.linspace(0, len(parts), wanted + 1).round().astype(int)
+        out += [Segment(number, parts[a].first, parts[b - 1].last) for a, b in itertools.pairwise(edges)]
+    return out
+
+
 def lay_out(
-    signals: Sequence[Signals], segments: Sequence[Segment], rig: KnownRig, force_scale: float, substeps: int
+    signals: Sequence[Signals],
+    segments: Sequence[Segment],
+    rig: KnownRig,
+    force_scale: float,
+    substeps: int,
+    beyond: int = 0,
 ) -> Lanes:
-    """The segments as lanes. `rig` is the hypothesis' own rig; `force_scale` [N] the size of the friction."""
-    samples = max(segment.last - segment.first for segment in segments)
+    """The segments as lanes. `rig` is the hypothesis' own rig; `force_scale` [N] the size of the friction;
+    `beyond` says by how many samples, which do not count, each lane at least goes on after its last."""
+    samples = max(segment.last - segment.first for segment in segments) + beyond
     refine = max(_refinement(signal) for signal in signals)
     splines = [_drive_pieces(signal, refine) for signal in signals]
     columns = [

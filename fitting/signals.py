@@ -103,7 +103,7 @@ def _periodic(time: Samples, base: Samples) -> Samples:
     orders = np.arange(1, ORDERS + 1)
     waves = [np.ones((len(time), 1)), np.cos(np.outer(angle, orders)), np.sin(np.outer(angle, orders))]
     design = np.concatenate(waves, axis=1)
-    series = design @ np.linalg.lstsq(design, base, rcond=None)[0]
+    series = design @ np.linalg.lstsq(design.T @ design, design.T @ base, rcond=None)[0]
     left = math.sqrt(np.mean((base - series) ** 2))
     return series if left < NOISE_EXCESS * estimate_noise(base) else base
 

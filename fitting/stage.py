@@ -10,7 +10,7 @@ import numpy as np
 
 from fitting.lanes import Lanes, Misfit
 from fitting.problem import Problem
-from fitting.segments import Segment, cut, lay_out
+from fitting.segments import Segment, lay_out
 from fitting.settings import Settings
 from jaxstick.simulate import shortest_period, substeps
 
@@ -37,13 +37,6 @@ class Stage:
     blocks: int
     clusters: np.ndarray
 
-    def starts_from(self, before: Stage, starts: np.ndarray) -> np.ndarray:
-        """Starts of this stage's lanes: those that a stage of shorter segments found at the same samples, or
-        the lanes' own prior where it has none."""
-        known = {(s.run, s.first): start for s, start in zip(before.segments, starts, strict=True)}
-        prior = np.asarray(self.lanes.start)
-        return np.array([known.get((s.run, s.first), prior[i]) for i, s in enumerate(self.segments)])
-
 
 def unit(problem: Problem) -> float:
     """The length of the shortest segments [s], in which the misfit has hardly any local minima."""
@@ -65,16 +58,11 @@ def ladder(problem: Problem, horizon: float | None) -> list[int | None]:
 
 
 def stage(
-    problem: Problem,
-    group: int | None,
-    k1: float,
-    settings: Settings,
-    segments: Sequence[Segment] | None = None,
+    problem: Problem, group: int | None, segments: Sequence[Segment], k1: float, settings: Settings
 ) -> Stage:
-    """The stage with segments of `group` units, or with the given ones, none longer; the integration step is
-    chosen for a contact of stiffness k1."""
+    """The stage with these segments, of `group` units or shorter; the integration step is chosen for a
+    contact of stiffness k1."""
     chosen = problem.chosen
-    segments = cut(chosen, unit(problem), group) if segments is None else segments
     number = steps(problem, group, k1, settings)
     lanes = lay_out(chosen, segments, problem.dataset.rig, problem.scale.force, number)
     misfit = Misfit(problem.hypothesis, problem.unknowns, lanes=len(lanes), workers=settings.workers)

@@ -27,6 +27,7 @@ from scipy.stats import beta
 from fitting.fit import fit
 from fitting.newton import settle
 from fitting.problem import pose
+from fitting.segments import Segment
 from fitting.settings import Settings
 from fitting.stage import stage
 from jaxstick.record import CONSTANTS, AssumedConstants, DataSet, KnownRig, Noise, Run
@@ -97,7 +98,8 @@ def _record(
 def cramer_rao(dataset: DataSet, truth: dict[str, float], settings: Settings) -> dict[str, float]:
     """Standard deviations of the constants at the Cramer-Rao bound of the whole records, white noise."""
     problem = pose(dataset, settings)
-    whole = stage(problem, None, truth["k1"], settings)
+    runs = [Segment(number, 0, len(signal.run.time)) for number, signal in enumerate(problem.chosen)]
+    whole = stage(problem, None, runs, truth["k1"], settings)
     point = problem.unknowns.coordinates(truth)
     starts, _ = settle(whole.misfit, whole.lanes, point, np.asarray(whole.lanes.start), iterations=3)
     _, curvature = whole.misfit.scores(whole.lanes, point, starts, whole.blocks)

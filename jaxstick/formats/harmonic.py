@@ -49,6 +49,7 @@ def _at(
 ) -> tuple[Harmonic, NDArray[np.float64]]:
     angle = 2 * math.pi * frequency * time
     design = np.stack([np.sin(angle), np.cos(angle), np.ones_like(angle)], axis=1)
-    sine, cosine, mean = (float(value) for value in np.linalg.lstsq(design, samples, rcond=None)[0])
+    normal = np.linalg.lstsq(design.T @ design, design.T @ samples, rcond=None)[0]
+    sine, cosine, mean = (float(value) for value in normal)
     harmonic = Harmonic(frequency, math.hypot(sine, cosine), math.atan2(cosine, sine), mean)
     return harmonic, samples - design @ np.array([sine, cosine, mean])

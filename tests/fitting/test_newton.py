@@ -10,8 +10,9 @@ import pytest
 from fitting.lanes import Linearisation
 from fitting.newton import OUTLIER, Robust, reduce, settle, solve, unstick
 from fitting.problem import Problem, pose
+from fitting.segments import cut, merged
 from fitting.settings import Settings
-from fitting.stage import Stage, stage
+from fitting.stage import Stage, stage, unit
 from jaxstick.parts.drive import SineDrive
 from tests.fitting.reference_data import TRUTH, dataset, own_run
 
@@ -77,7 +78,8 @@ def test_a_lane_far_above_the_rest_counts_less_and_its_cost_grows_with_the_root(
 def posed() -> tuple[Problem, Stage]:
     """A run without noise that jaxstick made, cut into segments of two natural periods."""
     problem = pose(dataset(own_run(SineDrive(1.5, 10.325e-3))), Settings())
-    return problem, stage(problem, 4, TRUTH["k1"], Settings(resolution=200.0))
+    segments = merged(cut(problem.chosen, unit(problem)), 4)
+    return problem, stage(problem, 4, segments, TRUTH["k1"], Settings(resolution=200.0))
 
 
 @pytest.fixture(scope="module")
@@ -130,9 +132,8 @@ def test_a_bound_that_bars_the_truth_is_kept_and_reported(posed, truth, settled,
         for u in problem.unknowns.members
     )
     unknowns = dataclasses.replace(problem.unknowns, members=members)
-    misfit = stage(
-        dataclasses.replace(problem, unknowns=unknowns), 4, TRUTH["k1"], Settings(resolution=200.0)
-    ).misfit
+    bounded = dataclasses.replace(problem, unknowns=unknowns)
+    misfit = stage(bounded, 4, here.segments, TRUTH["k1"], Settings(resolution=200.0)).misfit
     point = unknowns.coordinates(TRUTH)
     (found,) = solve(misfit, here.lanes, point[None], settled[0][None], iterations=10)
     values = unknowns.values(found.coordinates)
