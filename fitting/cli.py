@@ -2,14 +2,16 @@
 
 import click
 
+from fitting.verbs.blind import blind
 from fitting.verbs.compare import compare
+from fitting.verbs.diagnose import diagnose
 from fitting.verbs.fit import fit
 from jaxstick.cli import LOWER
 from jaxstick.command import Verbs
 from jaxstick.compilation_cache import keep_compiled
 from jaxstick.version import version
 
-UPPER = (fit, compare)
+UPPER = (fit, compare, diagnose, blind)
 
 
 @click.group(cls=Verbs, commands=(*LOWER, *UPPER))

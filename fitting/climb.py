@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from fitting.descent import Descent
@@ -31,7 +33,7 @@ def climb(problem: Problem, settings: Settings, progress: Progress) -> tuple[Sta
     descent = descend_from(here, beginnings(problem, settings), settings, progress)
     points = descent.coordinates[np.argsort(descent.loss)[:FINALISTS]]
     solution = finish(here, points, progress)
-    for before, group in zip(rungs, rungs[1:], strict=False):
+    for before, group in itertools.pairwise(rungs):
         segments = merged(segments, np.inf if group is None else group / before)
         found = _longer(problem, here, solution, segments, group, settings, progress)
         if found is not None:

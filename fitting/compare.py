@@ -30,6 +30,8 @@ LEAST_CYCLES, MOST_CYCLES = 6, 100
 RESOLUTION = 100.0
 SAMPLES_PER_CYCLE = (200, 3000)
 SAMPLES_PER_NATURAL_PERIOD = 40
+RIG = "rig."
+"""What the names of freed properties of the rig begin with."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -120,11 +122,14 @@ def _cases(saved: SavedFit, run: SavedRun, cycle: Cycle, rig: KnownRig) -> dict[
     def oscillator(constants: Mapping[str, float | None], changed: Mapping[str, float]) -> Oscillator:
         freed = {
             name: getattr(run.rig, name) + value - getattr(rig, name)
-            for name, value in changed.items()
-            if "." not in name
+            for name, value in (
+                (name.removeprefix(RIG), value) for name, value in changed.items() if name.startswith(RIG)
+            )
         }
         known = dataclasses.replace(run.rig, **freed)
-        effects = effects_at_null(tuple(dict.fromkeys(name.split(".")[0] for name in changed if "." in name)))
+        effects = effects_at_null(
+            tuple(dict.fromkeys(name.split(".")[0] for name in changed if not name.startswith(RIG)))
+        )
         for key in effects:
             own = {name.split(".")[1]: value for name, value in changed.items() if name.startswith(f"{key}.")}
             effects[key] = replace(effects[key], own)

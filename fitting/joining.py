@@ -128,7 +128,7 @@ class _Search:
     def _step(self, weights: np.ndarray, looseness: float, damping: float) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates and starts after one damped step; the starts are eliminated chain by chain."""
         unknowns = self.misfit.unknowns
-        p, linear = len(unknowns), self.followed.linear
+        p = len(unknowns)
         _, gradient, prior_curvature = unknowns.prior(self.coordinates)
         curvature = np.diag(prior_curvature)
         eliminated = []

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.unknowns import Chart, Unknowns
+from jaxstick.compiled import OPTIONS
 from jaxstick.hypothesis import Hypothesis
 from jaxstick.oscillator import Start
 from jaxstick.parameter import find, replace
@@ -32,7 +33,8 @@ class Lanes(eqx.Module):
 
     `rig_shift` holds what each lane's rig parameters differ by from the hypothesis; weights are reciprocal
     standard deviations of the channels, 0 where a sample does not count; `start` and `start_deviation` are
-    the prior of displacement, velocity and contact force at the first sample.
+    the prior of displacement, velocity and contact force at the first sample; `rest` [s] and `impulse` [N s]
+    say for how long the mass has then been at rest and what the friction force has by then added up to.
     """
 
     rig_shift: Mapping[str, Lane]
@@ -45,6 +47,8 @@ class Lanes(eqx.Module):
     friction_weight: Samples
     start: Starts
     start_deviation: Starts
+    rest: Lane
+    impulse: Lane
     substeps: int = eqx.field(static=True)
 
     def __len__(self) -> int:
@@ -75,7 +79,8 @@ def lane_motion(hypothesis: Hypothesis, lane: Lanes, start: Array) -> Trajectory
     """The motion along one lane from a start."""
     origin, interval = jnp.asarray(lane.start_time), jnp.asarray(lane.interval)
     grid = Grid(origin, interval, lane.displacement.shape[-1], lane.substeps)
-    return march(lane_oscillator(hypothesis, lane), Start(*start), grid)
+    begin = Start(start[0], start[1], start[2], jnp.asarray(lane.rest), jnp.asarray(lane.impulse))
+    return march(lane_oscillator(hypothesis, lane), begin, grid)
 
 
 def lane_residual(lane: Lanes, motion: Trajectory, start: Array) -> Array:
@@ -193,7 +198,7 @@ def _jacobian(
     return jax.jacfwd(residual, has_aux=True)(jnp.concatenate([coordinates, start]))
 
 
-@jax.jit
+@functools.partial(jax.jit, compiler_options=OPTIONS)
 def _linearise(
     hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array
 ) -> tuple[Array, Array, Array]:
@@ -204,7 +209,7 @@ def _linearise(
     return jax.vmap(one)(lanes, coordinates, starts)
 
 
-@jax.jit
+@functools.partial(jax.jit, compiler_options=OPTIONS)
 def _follow(
     hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
@@ -224,7 +229,7 @@ def _follow(
     return jax.vmap(one)(lanes, coordinates, starts)
 
 
-@functools.partial(jax.jit, static_argnames="blocks")
+@functools.partial(jax.jit, static_argnames="blocks", compiler_options=OPTIONS)
 def _scores(
     hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array, *, blocks: int
 ) -> tuple[Array, Array]:
@@ -243,7 +248,7 @@ def _scores(
     return jax.vmap(one)(lanes, coordinates, starts)
 
 
-@jax.jit
+@functools.partial(jax.jit, compiler_options=OPTIONS)
 def _predict(
     hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array
 ) -> tuple[Array, Array]:

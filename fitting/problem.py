@@ -12,17 +12,21 @@ from fitting.segments import LEAST_SAMPLES
 from fitting.settings import Settings
 from fitting.signals import Signals, natural_period, read_signals
 from fitting.unknowns import Unknown, Unknowns
+from jaxstick.effect import AbstractEffect
 from jaxstick.errors import UserError
 from jaxstick.hypothesis import Hypothesis, effects_at_null
 from jaxstick.nominal import nominal
-from jaxstick.parameter import find, parameters
+from jaxstick.parameter import find, parameters, replace
 from jaxstick.parts.drive import SineDrive
 from jaxstick.record import CONSTANTS, AssumedConstants, DataSet, KnownRig
+from jaxstick.sizes import size_of
 
 PRIOR_SHARE = {"damping": 0.2, "drive_damping": 0.2}
 PRIOR_SHARE_ELSE = 0.02
 TYPICAL_DECAYS = (4.0, 12.0, 40.0)
 """B times the top speed: weakening over a quarter, a twelfth, a fortieth of the speeds in the data."""
+FAR = 50.0
+"""By what factor a shape may differ from the typical one."""
 SCATTER = {"A": 0.7, "B": 0.9, "C": 0.15, "D": 1.0, "k1": 1.2}
 """Standard deviation of the logarithm of random starting values around those read off the data."""
 
@@ -63,12 +67,11 @@ def pose(dataset: DataSet, settings: Settings) -> Problem:
     scale = scales(chosen)
     first = opening(chosen, scale)
     oscillator = nominal(dataset.rig, AssumedConstants(**first), SineDrive(frequency=1.0))
-    hypothesis = Hypothesis(oscillator, effects)
-    members = [*_constants(scale), *_of_effects(hypothesis, scale)]
+    period = time_scale(chosen)
+    hypothesis = Hypothesis(oscillator, _at_typical(effects, scale, period))
+    members = [*_constants(scale), *_of_effects(hypothesis, scale, period)]
     members += [_freed(hypothesis, dataset.rig, name) for name in settings.free]
-    return Problem(
-        dataset, signals, chosen, scale, first, hypothesis, Unknowns(tuple(members)), time_scale(chosen)
-    )
+    return Problem(dataset, signals, chosen, scale, first, hypothesis, Unknowns(tuple(members)), period)
 
 
 def beginnings(problem: Problem, settings: Settings) -> np.ndarray:
@@ -124,17 +127,38 @@ def _constants(scale: Scales) -> list[Unknown]:
     ]
 
 
-def _of_effects(hypothesis: Hypothesis, scale: Scales) -> list[Unknown]:
-    """The parameters of the effects that take part; those in newtons are bounded by the size of forces."""
+def _of_effects(hypothesis: Hypothesis, scale: Scales, period: float) -> list[Unknown]:
+    """The parameters of the effects that take part, bounded by what their units amount to on this rig;
+    shapes, which have no null, are searched as logarithms around their typical size."""
     found = []
     for key, effect in hypothesis.effects.items():
         for place in parameters(effect):
-            kind = place.parameter
-            size = scale.force if kind.unit == "N" else 1.0
-            name = f"{key}.{place.path[-1]}"
-            lower, upper = max(kind.lower, -3 * size), min(kind.upper, 3 * size)
-            found.append(Unknown(name, kind.unit, lower, upper, "linear", size))
+            kind, name = place.parameter, f"{key}.{place.path[-1]}"
+            natural = size_of(kind.unit, scale.force, scale.displacement, period)
+            if kind.null is not None:
+                lower, upper = max(kind.lower, -3 * natural), min(kind.upper, 3 * natural)
+                found.append(Unknown(name, kind.unit, lower, upper, "linear", natural))
+            elif kind.typical:
+                typical = kind.typical * natural
+                lower, upper = max(kind.lower, typical / FAR), min(kind.upper, typical * FAR)
+                found.append(Unknown(name, kind.unit, lower, upper, "log", 1.0))
     return found
+
+
+def _at_typical(
+    effects: dict[str, AbstractEffect], scale: Scales, period: float
+) -> dict[str, AbstractEffect]:
+    """The effects with shapes that suit the rig: of the size that is typical on it."""
+    out = {}
+    for key, effect in effects.items():
+        shapes = {
+            place.path[-1]: place.parameter.typical
+            * size_of(place.parameter.unit, scale.force, scale.displacement, period)
+            for place in parameters(effect)
+            if place.parameter.null is None and place.parameter.typical
+        }
+        out[key] = replace(effect, shapes)
+    return out
 
 
 def _freed(hypothesis: Hypothesis, rig: KnownRig, name: str) -> Unknown:
@@ -149,4 +173,4 @@ def _freed(hypothesis: Hypothesis, rig: KnownRig, name: str) -> Unknown:
             f"{name!r} is stated as {value:g}; only a parameter with a stated value can be freed."
         )
     deviation = PRIOR_SHARE.get(name, PRIOR_SHARE_ELSE) * value
-    return Unknown(name, known[name].unit, value / 3, value * 3, "log", 1.0, value, deviation)
+    return Unknown(f"rig.{name}", known[name].unit, value / 3, value * 3, "log", 1.0, value, deviation)

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from fitting.lanes import Lanes
 from fitting.signals import Signals, excitation
-from jaxstick.parts.drive import RecordedDrive
+from jaxstick.parts.drive import Extent, RecordedDrive
 from jaxstick.record import KnownRig
 
 KNOTS_A_PERIOD = 40
@@ -64,6 +64,7 @@ def lay_out(
     samples = max(segment.last - segment.first for segment in segments) + beyond
     refine = max(_refinement(signal) for signal in signals)
     splines = [_drive_pieces(signal, refine) for signal in signals]
+    extents = [_extent(*pieces) for pieces in splines]
     columns = [
         _lane(signals[segment.run], segment, splines[segment.run], samples, refine, force_scale)
         for segment in segments
@@ -75,6 +76,7 @@ def lay_out(
         interval=stacked["interval"] / refine,
         base=stacked["base"],
         force=stacked["force"],
+        whole=Extent(*np.array([extents[segment.run] for segment in segments]).T),
     )
     shift = {
         name: np.array([getattr(run.rig, name) - getattr(rig, name) for run in runs])
@@ -91,6 +93,8 @@ def lay_out(
         friction_weight=stacked["friction_weight"],
         start=stacked["start"],
         start_deviation=stacked["start_deviation"],
+        rest=stacked["rest"],
+        impulse=stacked["impulse"],
         substeps=substeps,
     )
 
@@ -112,6 +116,12 @@ def _drive_pieces(signal: Signals, refine: int) -> tuple[np.ndarray, np.ndarray]
     else:
         base = CubicSpline(time, signal.base)
     return _on_grid(base, knots), _on_grid(CubicSpline(time, signal.force), knots)
+
+
+def _extent(base: np.ndarray, force: np.ndarray) -> tuple[float, ...]:
+    """How far base, its rate and the force of a whole run go: sqrt(2) standard deviations of each."""
+    deviations = [float(np.std(column)) for column in (base[:, 3], base[:, 2], force[:, 3])]
+    return tuple(math.sqrt(2) * deviation for deviation in deviations)
 
 
 def _on_grid(spline: CubicSpline, knots: np.ndarray) -> np.ndarray:
@@ -153,4 +163,6 @@ def _lane(
         "friction_weight": friction_weight,
         "start": np.array(start),
         "start_deviation": np.array(deviation),
+        "rest": signal.rest[segment.first],
+        "impulse": signal.impulse[segment.first],
     }

@@ -6,6 +6,7 @@ import dataclasses
 import math
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from scipy.signal import savgol_coeffs, savgol_filter
 
 from jaxstick.formats.harmonic import fit_harmonic
@@ -16,6 +17,7 @@ Samples = np.ndarray
 ORDERS = 7
 LEAST_CYCLES = 1.5
 NOISE_EXCESS = 1.1
+STILL = 0.02
 
 
 @dataclasses.dataclass(frozen=True)
@@ -23,7 +25,9 @@ class Signals:
     """One run's samples (SI), the velocity and friction force found from them, and their standard deviations.
 
     `base` and `force` are the excitation at the samples (zero where the run has none). `friction` is the
-    recorded friction force or, without that channel, m x'' + c x' + K x - k_d y - c_d y' - u.
+    recorded friction force or, without that channel, m x'' + c x' + K x - k_d y - c_d y' - u. `rest` is for
+    how long the mass has been at rest [s], `impulse` the integral of the friction force from the beginning of
+    the run [N s].
     """
 
     run: Run
@@ -36,6 +40,8 @@ class Signals:
     base_noise: float
     velocity_deviation: float
     friction_deviation: float
+    rest: Samples
+    impulse: Samples
 
     def redrawn(self, random: np.random.Generator) -> Signals:
         """The same signals with another draw of the base's noise, read off as the record itself was."""
@@ -74,7 +80,17 @@ def read_signals(run: Run, noise: Noise) -> Signals:
         base_noise,
         velocity_deviation,
         friction_deviation,
+        _rest(run, velocity, velocity_deviation),
+        cumulative_trapezoid(friction, dx=dt, initial=0.0),
     )
+
+
+def _rest(run: Run, velocity: Samples, deviation: float) -> Samples:
+    """For how long the velocity has kept below a fiftieth of its top or 4 of its standard deviations [s]."""
+    still = np.abs(velocity) < max(STILL * np.max(np.abs(velocity)), 4 * deviation)
+    index = np.arange(len(velocity))
+    last_moving = np.maximum.accumulate(np.where(still, -1, index))
+    return np.where(still, (index - np.maximum(last_moving, 0)) * run.interval, 0.0)
 
 
 def excitation(run: Run, time: Samples) -> tuple[Samples, Samples]:
@@ -117,6 +133,14 @@ def _window(period: float, dt: float, samples: int) -> int:
     """An odd number of samples that spans a twenty-fifth of the natural period, at least 7."""
     window = max(7, 2 * round(period / dt / 50) + 1)
     return min(window, samples - 1 + samples % 2)
+
+
+def balance(signal: Signals) -> tuple[Samples, float]:
+    """The friction force that the equation of motion asks for, m x'' + c x' + K x - k_d y - c_d y' - u [N],
+    and its standard deviation; derivatives from parabolas and cubics through a few samples."""
+    run = signal.run
+    window = _window(natural_period(run.rig) or 100 * run.interval, run.interval, len(run.time))
+    return _balance(run, signal.base, signal.force, signal.velocity, window, signal.displacement_noise)
 
 
 def _balance(

@@ -7,9 +7,10 @@ from jaxstick.compilation_cache import keep_compiled
 from jaxstick.verbs.check import check
 from jaxstick.verbs.effects import effects
 from jaxstick.verbs.simulate import simulate
+from jaxstick.verbs.sweep import sweep
 from jaxstick.version import version
 
-LOWER = (check, simulate, effects)
+LOWER = (check, simulate, sweep, effects)
 
 
 @click.group(cls=Verbs, commands=LOWER)

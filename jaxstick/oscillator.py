@@ -6,20 +6,29 @@ from typing import Any, NamedTuple
 
 import equinox as eqx
 
-from jaxstick.parts.contact import AbstractContact, AbstractFlowingContact, Traction
+from jaxstick.parts.contact import AbstractContact, AbstractFlowingContact, Approach, Passage, Traction
 from jaxstick.parts.drive import AbstractDrive, Excitation
 from jaxstick.parts.friction import AbstractFriction
-from jaxstick.parts.instrument import AbstractInstrument, IdealInstrument
+from jaxstick.parts.guide import Surface
+from jaxstick.parts.instrument import AbstractInstrument, IdealInstrument, Past
+from jaxstick.parts.kept import kept
 from jaxstick.parts.motion import Motion, Scalar
 from jaxstick.parts.rig import AbstractRig
 
+PROBE = 1e-7
+"""Time [s] over which the rate of the friction force is taken at the start of a motion."""
+
 
 class Start(NamedTuple):
-    """How a motion begins: displacement [m], velocity [m/s], friction force held by the contact [N]."""
+    """How a motion begins: displacement [m], velocity [m/s], friction force held by the contact [N], for how
+    long the contact has been at rest [s]; and, where it is picked up in the middle of a record, the integral
+    of the recorded friction force from the beginning of the run [N s]."""
 
     displacement: Scalar = 0.0
     velocity: Scalar = 0.0
     friction: Scalar = 0.0
+    rest: Scalar = 0.0
+    impulse: Scalar = 0.0
 
 
 class State(NamedTuple):
@@ -68,18 +77,39 @@ class Oscillator(eqx.Module):
             return motion._replace(slide_rate=rate, direction=direction)
 
         return Traction(
-            limit=lambda rate, direction: self.friction.limit(law_state, at(rate, direction)),
-            viscous=lambda rate, direction: self.friction.viscous(law_state, at(rate, direction)),
+            limit=lambda rate, direction: kept(self.friction.limit(law_state, at(rate, direction)), motion),
+            viscous=lambda rate, direction: kept(self.friction.viscous(law_state, at(rate, direction)), motion),
         )
 
     def initial(self, t: Scalar, start: Start) -> State:
         """The state at time `t` [s] of a motion that begins as `start` says."""
-        rig, law = self.rig.initial(), self.friction.initial()
-        motion = self.motion(t, self.drive.at(t), start.displacement, start.velocity, 0.0)
+        excitation = self.drive.at(t)
+        motion = self.motion(t, excitation, start.displacement, start.velocity, 0.0)
+        rig, law = self.rig.initial(motion), self.friction.initial(motion)
+        approach = Approach(start.friction, motion.slide_rate, start.rest)
         traction = self.traction(law, motion)
-        friction, contact = self.contact.initial(start.friction, motion.slide_rate, traction)
-        instrument = self.instrument.initial(motion, friction)
+        friction, contact = self.contact.initial(approach, traction)
+        motion = motion._replace(a=(self.rig.force(rig, motion) + friction) / self.rig.inertia())
+        rate = self._friction_rate(motion, self.rig.surface(excitation), rig, contact, traction)
+        past = Past(rate, start.impulse)
+        instrument = self.instrument.initial(motion, friction, past)
         return State(start.displacement, start.velocity, friction, contact, rig, law, instrument)
+
+    def _friction_rate(
+        self, motion: Motion, surface: Surface, rig: Any, contact: Any, traction: Traction
+    ) -> Scalar:
+        """The rate of the friction force at the start of a motion [N/s]: the contact's answer to a passage of
+        2 `PROBE`, less that to one of `PROBE`."""
+        inertia = self.rig.inertia()
+        free = self.rig.force(rig, motion) / inertia - surface.acceleration
+
+        def after(span: float) -> Scalar:
+            gain = span * (motion.a - surface.acceleration)
+            slide = span * (motion.slide_rate + gain / 2)
+            passage = Passage(span, slide, motion.slide_rate + gain, free, inertia)
+            return self.contact.grip(contact, passage, traction).friction
+
+        return (after(2 * PROBE) - after(PROBE)) / PROBE
 
     def acceleration(self, t: Scalar, state: State) -> Scalar:
         """The acceleration of the mass [m/s^2] in this state."""
@@ -101,8 +131,8 @@ class Oscillator(eqx.Module):
                 f"{type(self.contact).__name__} has no vector field; integrate it with ReturnMapping"
             )
         motion = self.motion(t, self.drive.at(t), flow.x, flow.v, 0.0)
-        traction = self.traction(self.friction.initial(), motion)
+        traction = self.traction(self.friction.initial(motion), motion)
         friction = self.contact.friction(flow.deflection, motion.slide_rate, traction)
-        force = self.rig.force(self.rig.initial(), motion) + friction
+        force = self.rig.force(self.rig.initial(motion), motion) + friction
         rate = self.contact.rate(flow.deflection, motion.slide_rate, traction)
         return Flow(flow.v, force / self.rig.inertia(), rate)

@@ -11,12 +11,17 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TextIO
+from typing import IO, Any, Self, TextIO
 
 import numpy as np
 
 from jaxstick.errors import UserError
 from jaxstick.formats.words import shown
+
+try:
+    import fcntl
+except ImportError:
+    fcntl = None
 
 MARKER = ".jaxstick"
 """The file by which a folder of ours is known: JSON, the SHA-256 of every file we wrote by its path
@@ -95,31 +100,41 @@ class OutputFolder:
             output.write_json("fit.json", result)
             figure.savefig(output.path("gap.png"))
 
+    A long run goes on where an earlier one was killed if it is `resumable`: what it puts into the folder
+    `kept` (in files that appear whole, see `atomic_writer`) stays until the result has moved into place.
+
     Args:
         path: the wanted folder. Its parents are made.
         overwrite: whether a folder that we wrote before may be replaced.
         inputs: files and folders the run reads; none of them may be the wanted folder or lie in it.
+        resumable: whether there is a folder `kept`. One run at a time can then write to the wanted folder.
 
     Raises:
         UserError: on entering, if the wanted folder is a file, holds an input, holds a file that we did not
-            write or that was changed since, holds a result of ours without `overwrite`, or cannot be made. On
-            leaving, if it became so meanwhile: the new result then stays in the temporary folder, which the
-            sentence names.
+            write or that was changed since, holds a result of ours without `overwrite`, cannot be made, or is
+            another resumable run's that is still going on. On leaving, if it became so meanwhile: the new
+            result then stays in the temporary folder, which the sentence names.
     """
 
-    def __init__(self, path: Path, overwrite: bool = False, inputs: Iterable[Path] = ()) -> None:
+    def __init__(
+        self, path: Path, overwrite: bool = False, inputs: Iterable[Path] = (), resumable: bool = False
+    ) -> None:
         self.target = Path(path).resolve()
         self._shown = path
         self._overwrite = overwrite
         self._inputs = tuple(inputs)
         self._staging: Path | None = None
+        self._workshop = Workshop(self.target, path) if resumable else None
 
     def __enter__(self) -> Self:
         try:
             self._restore()
             self._check()
-            staging = _beside(self.target, "part")
-            staging.mkdir(parents=True)
+            if self._workshop is None:
+                staging = _beside(self.target, "part")
+                staging.mkdir(parents=True)
+            else:
+                staging = self._workshop.open()
         except OSError as error:
             raise _refused(self._shown, error) from error
         self._staging = staging
@@ -129,9 +144,18 @@ class OutputFolder:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         staging, self._staging = self._entered(), None
-        if kind is not None:
-            shutil.rmtree(staging, ignore_errors=True)
-            return
+        try:
+            if kind is not None:
+                shutil.rmtree(staging, ignore_errors=True)
+                return
+            self._finish(staging)
+            if self._workshop is not None:
+                self._workshop.empty()
+        finally:
+            if self._workshop is not None:
+                self._workshop.close()
+
+    def _finish(self, staging: Path) -> None:
         try:
             self._check()
             _mark(staging)
@@ -148,6 +172,14 @@ class OutputFolder:
     def folder(self) -> Path:
         """The temporary folder: what is written into it by the end of the block is the result."""
         return self._entered()
+
+    @property
+    def kept(self) -> Path:
+        """Where a resumable run keeps what it has finished."""
+        self._entered()
+        if self._workshop is None:
+            raise RuntimeError("only a resumable OutputFolder keeps anything")
+        return self._workshop.kept
 
     def path(self, name: str) -> Path:
         """Where to write the file `name` (a relative path; its folders are made) before the block ends."""
@@ -227,6 +259,57 @@ class OutputFolder:
             self.target.rename(self._old)
             staging.rename(self.target)
             shutil.rmtree(self._old)
+
+
+class Workshop:
+    """The hidden folder beside a results folder in which a resumable run works.
+
+    `kept` holds what the run has finished and outlives it; the result is put together in a second folder,
+    which an end by exception or kill leaves worthless. A lock, which ends with the process that holds it,
+    lets one run in at a time (where the operating system has such locks).
+    """
+
+    def __init__(self, target: Path, shown_as: Path) -> None:
+        self.folder = target.with_name(f".{target.name}.jaxstick-unfinished")
+        self.kept = self.folder / "kept"
+        self._shown = shown_as
+        self._lock: IO[bytes] | None = None
+
+    def open(self) -> Path:
+        """Takes the lock and hands out the empty folder for the result.
+
+        Raises UserError where another run has the lock.
+        """
+        self.kept.mkdir(parents=True, exist_ok=True)
+        self._lock = (self.folder / "lock").open("wb")
+        try:
+            _lock(self._lock)
+        except BlockingIOError as error:
+            self._lock.close()
+            self._lock = None
+            raise UserError(f"{self._shown}: another jaxstick is at work on this folder.") from error
+        staging = self.folder / "result"
+        shutil.rmtree(staging, ignore_errors=True)
+        staging.mkdir()
+        return staging
+
+    def empty(self) -> None:
+        """Throws away what is kept."""
+        shutil.rmtree(self.kept, ignore_errors=True)
+
+    def close(self) -> None:
+        """Lets go of the lock; nothing of the folder stays where nothing is kept."""
+        if not self.kept.exists() or not any(self.kept.iterdir()):
+            shutil.rmtree(self.folder, ignore_errors=True)
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None
+
+
+def _lock(stream: IO[bytes]) -> None:
+    """Locks an open file against other processes; raises BlockingIOError where one has locked it."""
+    if fcntl is not None:
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def _mark(folder: Path) -> None:

@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import numpy as np
 
+from jaxstick.compiled import compiled, in_packs
 from jaxstick.errors import UserError
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parts.drive import SineDrive
@@ -58,20 +58,20 @@ def side_by_side(journeys: Sequence[Journey], resolution: float = RESOLUTION) ->
         starts = _stacked([journey.start for journey in together])
         times = np.array([journey.start_time for journey in together], float)
         intervals = np.array([journey.interval for journey in together], float)
-        out = jax.tree.map(np.asarray, _march_lanes(lanes, starts, times, intervals, samples, steps))
+        out = in_packs(_march_lanes, (lanes, starts, times, intervals), samples, steps)
         for lane, number in enumerate(numbers):
             found[number] = Trajectory(*(channel[lane, : journeys[number].samples] for channel in out))
     return [found[number] for number in range(len(journeys))]
 
 
-@eqx.filter_jit
+@compiled
 def _march_lanes(
-    oscillators: Oscillator, starts: Start, times: Any, intervals: Any, samples: int, steps: int
+    lanes: tuple[Oscillator, Start, np.ndarray, np.ndarray], samples: int, steps: int
 ) -> Trajectory:
     def one(oscillator: Oscillator, start: Start, time: Any, interval: Any) -> Trajectory:
-        return march(oscillator, start, Grid(time, interval, samples, steps), unroll=8)
+        return march(oscillator, start, Grid(time, interval, samples, steps), unroll=2)
 
-    return jax.vmap(one)(oscillators, starts, times, intervals)
+    return jax.vmap(one)(*lanes)
 
 
 def _substeps(journey: Journey, resolution: float) -> int:

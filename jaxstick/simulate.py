@@ -11,10 +11,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxstick.compiled import compiled
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parts.motion import Scalar
 from jaxstick.precision import float64
-from jaxstick.solver import step
+from jaxstick.solver import Staggered, leap
 
 
 class Grid(eqx.Module):
@@ -45,7 +46,7 @@ def march(oscillator: Oscillator, start: Start, grid: Grid, unroll: int = 1) -> 
     """The trajectory of the return-mapping scheme on a grid; pure, for use under jit, vmap and derivatives.
 
     Times are counted from integers, so the phase of the drive is exact however long the record. `unroll`
-    trades compile time for speed where no derivative is taken.
+    trades compile time for speed with few lanes, where no derivative is taken.
     """
     h = jnp.asarray(grid.interval) / grid.substeps
     origin = jnp.asarray(grid.start)
@@ -54,25 +55,31 @@ def march(oscillator: Oscillator, start: Start, grid: Grid, unroll: int = 1) -> 
     acceleration = oscillator.acceleration(origin, state)
     excitation = oscillator.drive.at(origin)
 
-    def substep(carry: Any, node: Any) -> tuple[Any, None]:
-        state, acceleration, before = carry
-        t, after = node
-        state, acceleration = step(oscillator, t, h, before, after, state, acceleration)
-        return (state, acceleration, after), None
+    def substep(carry: Any, count: Array) -> tuple[Any, Scalar]:
+        staggered, before = carry
+        t = origin + h * count.astype(h.dtype)
+        after = oscillator.drive.at(t)
+        staggered, acceleration = leap(oscillator, t, h, before, after, staggered)
+        return (staggered, after), acceleration
+
+    def between(carry: Any, count: Array) -> tuple[Any, None]:
+        return substep(carry, count)[0], None
 
     def sample(carry: Any, index: Array) -> tuple[Any, Any]:
-        count = index * grid.substeps + jnp.arange(1, grid.substeps + 1)
-        nodes = origin + h * count.astype(h.dtype)
-        carry, _ = jax.lax.scan(
-            substep, carry, (nodes, oscillator.drive.at(nodes)), unroll=min(unroll, grid.substeps)
-        )
-        return carry, _see(oscillator, nodes[-1], *carry)
+        # The last step stands alone: what only a sample shows is then computed once a sample.
+        first, last = index * grid.substeps, (index + 1) * grid.substeps
+        counts = first + jnp.arange(1, grid.substeps)
+        carry, _ = jax.lax.scan(between, carry, counts, unroll=max(1, min(unroll, grid.substeps - 1)))
+        carry, acceleration = substep(carry, last)
+        staggered, excitation = carry
+        t = origin + h * last.astype(h.dtype)
+        return carry, _see(oscillator, t, staggered.state, acceleration, excitation)
 
-    first = state, acceleration, excitation
+    first = Staggered.of(state, acceleration, h), excitation
     _, seen = jax.lax.scan(sample, first, jnp.arange(grid.samples - 1))
     seen = jax.tree.map(
         lambda at_start, later: jnp.concatenate([jnp.asarray(at_start)[None], later]),
-        _see(oscillator, origin, *first),
+        _see(oscillator, origin, state, acceleration, excitation),
         seen,
     )
     times = origin + h * grid.substeps * jnp.arange(grid.samples, dtype=h.dtype)
@@ -100,9 +107,9 @@ def substeps(interval: float, period: float, resolution: float) -> int:
     return max(1, math.ceil(interval * resolution / period))
 
 
-@eqx.filter_jit
+@compiled
 def _march_compiled(oscillator: Oscillator, start: Start, grid: Grid) -> Trajectory:
-    return march(oscillator, start, grid, unroll=8)
+    return march(oscillator, start, grid)
 
 
 @float64

@@ -143,5 +143,5 @@ def _start(run: Run, oscillator: Oscillator) -> Start:
         return Start(x, v, float(run.friction[0]))
     a = float(coefficients.deriv(2)(0.0))
     motion = oscillator.motion(run.time[0], oscillator.drive.at(run.time[0]), x, v, a)
-    others = oscillator.rig.force(oscillator.rig.initial(), motion)
+    others = oscillator.rig.force(oscillator.rig.initial(motion), motion)
     return Start(x, v, float(run.rig.mass * a - others))

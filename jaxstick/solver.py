@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple, Self
 
 import diffrax
+import jax
 import jax.numpy as jnp
 
 from jaxstick.oscillator import Oscillator, State
@@ -36,18 +37,67 @@ def step(
     nothing (see `jaxstick.parts.contact`). `acceleration` [m/s^2] is the one at the start of the step, as
     the step before returned it; `before` and `after` are the excitations at the two ends.
     """
-    half_rate = state.v + h / 2 * acceleration
+    half = h / 2 * acceleration
+    return _advance(oscillator, t, h, before, after, state, state.v + half, state.v + 2 * half, acceleration)
+
+
+class Staggered(NamedTuple):
+    """A state on the way: the velocities of the mass half a step behind its time and half a step ahead
+    [m/s] stand in for its velocity and acceleration, which are their mean and their difference over the step.
+
+    Of a step nothing but `ahead` then hangs on all that happens in it.
+    """
+
+    state: State
+    behind: Scalar
+    ahead: Scalar
+
+    @classmethod
+    def of(cls, state: State, acceleration: Scalar, h: Scalar) -> Self:
+        """The state with this acceleration [m/s^2], for steps of length `h` [s]."""
+        return cls(state, state.v - h / 2 * acceleration, state.v + h / 2 * acceleration)
+
+
+def leap(
+    oscillator: Oscillator,
+    t: Scalar,
+    h: Scalar,
+    before: Excitation,
+    after: Excitation,
+    staggered: Staggered,
+) -> tuple[Staggered, Scalar]:
+    """The `step` from one staggered state to the next, whose `state` has its velocity right, and the
+    acceleration there; for loops that need neither from step to step."""
+    state, behind, ahead = staggered
+    acceleration = (ahead - behind) * (1 / h)
+    expected = 1.5 * ahead - 0.5 * behind
+    state, reached = _advance(oscillator, t, h, before, after, state, ahead, expected, acceleration)
+    return Staggered(state, ahead, ahead + h * reached), reached
+
+
+def _advance(
+    oscillator: Oscillator,
+    t: Scalar,
+    h: Scalar,
+    before: Excitation,
+    after: Excitation,
+    state: State,
+    half_rate: Scalar,
+    expected: Scalar,
+    acceleration: Scalar,
+) -> tuple[State, Scalar]:
+    """The step with the velocity in its middle and the one expected at its end [m/s]."""
     x = state.x + h * half_rate
-    expected = half_rate + h / 2 * acceleration
     motion = oscillator.motion(t, after, x, expected, acceleration)
     surface0 = oscillator.rig.surface(before)
     surface1 = oscillator.rig.surface(after)
     inertia = oscillator.rig.inertia()
-    free = oscillator.rig.force(state.rig, motion) / inertia - surface1.acceleration
-    slide = x - state.x - (surface1.position - surface0.position)
+    per_inertia = 1 / inertia
+    free = oscillator.rig.force(state.rig, motion) * per_inertia - surface1.acceleration
+    slide = h * half_rate - (surface1.position - surface0.position)
     passage = Passage(h, slide, motion.slide_rate, free, inertia)
     grip = oscillator.contact.grip(state.contact, passage, oscillator.traction(state.law, motion))
-    reached = (free + grip.mean / inertia) / grip.inertia_factor + surface1.acceleration
+    reached = _quotient(free + grip.mean * per_inertia, grip.inertia_factor) + surface1.acceleration
     v = half_rate + h / 2 * reached
     motion = motion._replace(
         v=v, a=reached, slide_rate=v - surface1.rate, direction=jnp.where(grip.friction > 0, -1.0, 1.0)
@@ -62,6 +112,19 @@ def step(
         oscillator.instrument.advance(state.instrument, motion, grip.friction, h),
     )
     return state, reached
+
+
+@jax.custom_jvp
+def _quotient(dividend: Scalar, divisor: Scalar) -> Scalar:
+    """Dividend over divisor. Its derivative is taken from the quotient itself, so that the dividend need not
+    be computed again for it."""
+    return dividend / divisor
+
+
+@_quotient.defjvp
+def _quotient_slope(primals: tuple[Scalar, Scalar], tangents: tuple[Scalar, Scalar]) -> tuple[Scalar, Scalar]:
+    quotient = _quotient(*primals)
+    return quotient, (tangents[0] - quotient * tangents[1]) / primals[1]
 
 
 class StickSlip(diffrax.AbstractTerm):

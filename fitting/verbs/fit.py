@@ -4,12 +4,12 @@ from pathlib import Path
 
 import click
 
-from fitting.progress_bar import ProgressBar
 from fitting.settings import Settings
 from fitting.show import show_fit
 from jaxstick.command import DONE, FAILED, common
 from jaxstick.deferred import deferred
 from jaxstick.output import OutputFolder
+from jaxstick.progress_bar import ProgressBar
 from jaxstick.record import load_dataset
 from jaxstick.terminal import Terminal
 

@@ -20,20 +20,29 @@ class AsymmetricFriction(AbstractEffect):
     card: ClassVar[Card] = Card(
         title="Friction differs between the directions",
         family="friction",
-        symptom="The plateaus of the friction force differ between forward and backward sliding, following "
-        "the law's own dependence on speed.",
+        symptom=(
+            "The plateaus of the friction force differ between forward and backward sliding, following the "
+            "law's own dependence on speed."
+        ),
         explanation=(
-            "The surfaces or the guide resist more in one direction than in the other: worn asperities lean, "
-            "a seal or a leaf spring is preloaded one way, a screw drive differs between pushing and pulling."
+            "The surfaces or the guide resist more in one direction than in the other: worn asperities "
+            "lean, a seal or a leaf spring is preloaded one way, a screw drive differs between pushing and "
+            "pulling."
         ),
         remedy="Turn the slider by 180 degrees: the asymmetry turns with it if the surfaces cause it.",
         source="Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083.",
     )
     dry: Float[Array, ""] | float = parameter(
-        "1", "relative difference of dry friction", lower=-0.9, upper=0.9, null=0.0, default=0.0
+        "1", "relative difference of dry friction", lower=-0.9, upper=0.9, null=0.0, typical=0.05, default=0.0
     )
     viscous: Float[Array, ""] | float = parameter(
-        "1", "relative difference of viscous friction", lower=-0.9, upper=0.9, null=0.0, default=0.0
+        "1",
+        "relative difference of viscous friction",
+        lower=-0.9,
+        upper=0.9,
+        null=0.0,
+        typical=0.2,
+        default=0.0,
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
@@ -47,8 +56,8 @@ class _DirectedFriction(AbstractFriction):
     dry: Scalar
     slope: Scalar
 
-    def initial(self) -> Any:
-        return self.inner.initial()
+    def initial(self, motion: Motion) -> Any:
+        return self.inner.initial(motion)
 
     def advance(self, state: Any, motion: Motion, step: Scalar) -> Any:
         return self.inner.advance(state, motion, step)

@@ -10,8 +10,7 @@ from jaxtyping import Array, Float
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter
-from jaxstick.parts.drive import Excitation
-from jaxstick.parts.guide import Surface
+from jaxstick.parts.added_force import AbstractAddedForce
 from jaxstick.parts.motion import Motion, Scalar
 from jaxstick.parts.rig import AbstractRig
 
@@ -30,27 +29,17 @@ class ConstantForce(AbstractEffect):
         remedy="Level the rig; turn it by 180 degrees and repeat; record the zero of each sensor at rest.",
         source="Equation of motion; an offset of the displacement by force/K is the same thing.",
     )
-    force: Float[Array, ""] | float = parameter("N", "constant force on the mass", null=0.0, default=0.0)
+    force: Float[Array, ""] | float = parameter(
+        "N", "constant force on the mass", null=0.0, typical=0.05, default=0.0
+    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
         return dataclasses.replace(oscillator, rig=_LoadedRig(oscillator.rig, self.force))
 
 
-class _LoadedRig(AbstractRig):
+class _LoadedRig(AbstractAddedForce):
     inner: AbstractRig
     load: Scalar
 
-    def initial(self) -> Any:
-        return self.inner.initial()
-
-    def advance(self, state: Any, motion: Motion, step: Scalar) -> Any:
-        return self.inner.advance(state, motion, step)
-
-    def surface(self, excitation: Excitation) -> Surface:
-        return self.inner.surface(excitation)
-
-    def inertia(self) -> Scalar:
-        return self.inner.inertia()
-
-    def force(self, state: Any, motion: Motion) -> Scalar:
-        return self.inner.force(state, motion) + self.load
+    def added(self, memory: Any, motion: Motion) -> Scalar:
+        return self.load

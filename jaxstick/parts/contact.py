@@ -5,8 +5,6 @@ mass moves with a known mean velocity before the node; the contact answers with 
 and with the mean force over the window, so that an event inside the window costs no order of accuracy.
 """
 
-from __future__ import annotations
-
 import abc
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -17,6 +15,7 @@ from jaxtyping import Array, Float
 
 from jaxstick.parameter import parameter
 from jaxstick.parts.motion import Scalar
+from jaxstick.parts.yielding import Window, yielding
 
 
 class Traction(NamedTuple):
@@ -40,13 +39,24 @@ class Passage(NamedTuple):
     inertia: Scalar
 
 
+class Approach(NamedTuple):
+    """How the contact comes to the first node: the force on the mass that its spring holds there [N], the
+    sliding velocity [m/s], for how long it has been at rest [s]."""
+
+    force: Scalar
+    rate: Scalar
+    rest: Scalar
+
+
 class Grip(NamedTuple):
     """The contact's answer at a node: friction force on the mass there [N], its mean over the window [N],
-    and the factor on the inertia that the contact spring asks for in stick."""
+    the factor on the inertia that the contact spring asks for in stick, and the share of the window in which
+    the contact slips, 0 to 1."""
 
     friction: Scalar
     mean: Scalar
     inertia_factor: Scalar
+    slip: Scalar
     state: Any
 
 
@@ -56,11 +66,9 @@ class AbstractContact(eqx.Module):
     k1: eqx.AbstractVar[Float[Array, ""] | float]
 
     @abc.abstractmethod
-    def initial(self, force: Scalar, rate: Scalar, traction: Traction) -> tuple[Scalar, Any]:
-        """Friction force and private state at the first node.
-
-        `force` is the force on the mass that the contact spring holds there [N]; what the law does not allow
-        at this sliding velocity is cut to the limit.
+    def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
+        """Friction force and private state at the first node; of the force that the spring is said to hold,
+        what the law does not allow at this sliding velocity is cut to the limit.
         """
 
     @abc.abstractmethod
@@ -85,7 +93,7 @@ def _sense(value: Scalar) -> Scalar:
     return jnp.where(value < 0, -1.0, 1.0)
 
 
-def _fitted_inertia(k1: Scalar, passage: Passage) -> Scalar:
+def fitted_inertia(k1: Scalar, passage: Passage) -> Scalar:
     """By what share to raise the mass so that the contact rings at its own frequency at any step.
 
     A central difference with step h makes a spring-mass of frequency w ring at 2/h asin(w h/2). With the mass
@@ -95,25 +103,6 @@ def _fitted_inertia(k1: Scalar, passage: Passage) -> Scalar:
     """
     twelfth = k1 * passage.step**2 / (12 * passage.inertia)
     return twelfth * (1 + twelfth)
-
-
-def _yielding_window(before: Scalar, excess: Scalar) -> tuple[Scalar, Scalar]:
-    """The share of a window in which a loaded contact slips, and its mean shortfall from the limit [N].
-
-    `before` and `excess` are the excesses of the trial force over the limit [N] at the last node and at this
-    one, the middle of the window. In stick they are at most zero; their line crosses zero at breakaway, and
-    the shortfall is the mean of its negative part over the window, which places the kink of the force where
-    it falls. In slip each is the plastic part of its step, and the line through them crosses zero where
-    sliding ends, without a kink.
-    """
-    change = excess - before
-    growing = jnp.where(change > 0, change, 1.0)
-    opening = jnp.clip(0.5 - excess / growing, 0.0, 1.0)
-    begins = jnp.where(change > 0, 1 - opening, 0.0)
-    ends = jnp.clip(excess / jnp.where(change < 0, -change, 1.0), 0.0, 1.0)
-    slipping = before > 0
-    share = jnp.where(slipping, jnp.where(change < 0, ends, jnp.where(excess > 0, 1.0, 0.0)), begins)
-    return share, jnp.where(slipping, jnp.minimum(excess, 0.0), -(opening**2) * growing / 2)
 
 
 class LoadedState(NamedTuple):
@@ -133,7 +122,8 @@ class LoadedContact(AbstractFlowingContact):
 
     k1: Float[Array, ""] | float = parameter("N/m", "stiffness of the contact in stick", lower=0.0)
 
-    def initial(self, force: Scalar, rate: Scalar, traction: Traction) -> tuple[Scalar, LoadedState]:
+    def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, LoadedState]:
+        force, rate, _ = approach
         direction = _sense(-force)
         limit = traction.limit(rate, direction)
         static = traction.limit(0.0, direction)
@@ -147,24 +137,25 @@ class LoadedContact(AbstractFlowingContact):
     def grip(self, state: LoadedState, passage: Passage, traction: Traction) -> Grip:
         trial = state.deflection + passage.slide
         direction = _sense(trial)
-        limit = traction.limit(passage.rate, direction)
-        excess = self.k1 * jnp.abs(trial) - limit
-        loads = passage.slide * direction > 0
-        slips = loads & (excess > 0)
-        deflection = jnp.where(slips, direction * limit / self.k1, trial)
-        spring = -self.k1 * deflection
-        share, deficit = _yielding_window(state.excess, excess)
-        share = jnp.where(loads, share, 0.0)
-        mean = jnp.where(loads & (share > 0), -direction * (limit + deficit), -self.k1 * trial)
-        viscous = traction.viscous(passage.rate, direction)
-        half = passage.step / (2 * passage.inertia)
-        coasting = passage.slide / passage.step + passage.step / 2 * passage.acceleration + half * mean
-        drag = viscous * coasting / (1 + half * share * viscous)
+        mobility = passage.step / 2 * (1 / passage.inertia)
+        window = Window(
+            slide=passage.slide,
+            trial=trial,
+            limit=traction.limit(passage.rate, direction),
+            before=state.excess,
+            stiffness=self.k1,
+            viscous=traction.viscous(passage.rate, direction),
+            coasting=passage.slide * (1 / passage.step) + passage.step / 2 * passage.acceleration,
+            mobility=mobility,
+            fitting=fitted_inertia(self.k1, passage),
+        )
+        found = yielding(window)
         return Grip(
-            spring - jnp.where(slips, drag, 0.0),
-            mean - share * drag,
-            1 + (1 - share) * _fitted_inertia(self.k1, passage),
-            LoadedState(deflection, jnp.where(slips, excess, jnp.minimum(excess, 0.0))),
+            found.friction,
+            found.mean,
+            found.inertia_factor,
+            found.slip,
+            LoadedState(found.deflection, found.excess),
         )
 
     def rate(self, deflection: Scalar, slide_rate: Scalar, traction: Traction) -> Scalar:
@@ -198,7 +189,8 @@ class PaperContact(AbstractContact):
 
     k1: Float[Array, ""] | float = parameter("N/m", "stiffness of the contact in stick", lower=0.0)
 
-    def initial(self, force: Scalar, rate: Scalar, traction: Traction) -> tuple[Scalar, PaperState]:
+    def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, PaperState]:
+        force, rate, _ = approach
         direction = _sense(-force)
         slips = jnp.abs(force) >= traction.limit(0.0, direction)
         onward = _sense(rate)
@@ -241,7 +233,8 @@ class PaperContact(AbstractContact):
         return Grip(
             jnp.where(node_slips, slipping, -self.k1 * deflection),
             jnp.where(sticks, mean_stuck, mean_slip),
-            jnp.where(sticks & ~breaks, 1 + _fitted_inertia(self.k1, passage), 1.0),
+            jnp.where(sticks & ~breaks, 1 + fitted_inertia(self.k1, passage), 1.0),
+            jnp.where(sticks, 1 - held, gone),
             PaperState(jnp.where(after == 0, deflection, 0.0), after),
         )
 
@@ -260,7 +253,8 @@ class SmoothContact(AbstractFlowingContact):
         "1", "share of the limit at which yielding begins", lower=0.0, upper=1.0, default=0.9
     )
 
-    def initial(self, force: Scalar, rate: Scalar, traction: Traction) -> tuple[Scalar, Scalar]:
+    def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Scalar]:
+        force, rate, _ = approach
         direction = _sense(-force)
         limit = traction.limit(rate, direction)
         deflection = -jnp.where(-force * rate > 0, jnp.clip(force, -limit, limit), force) / self.k1
@@ -279,7 +273,9 @@ class SmoothContact(AbstractFlowingContact):
         middle = self._flow(state, passage.slide / 2, state, passage.rate, traction)
         deflection = self._flow(state, passage.slide, middle, passage.rate, traction)
         friction = self.friction(deflection, passage.rate, traction)
-        return Grip(friction, friction, jnp.ones_like(friction), deflection)
+        yielding, full = self._yielding(deflection, passage.rate, traction)
+        slip = yielding * jnp.abs(deflection) / full
+        return Grip(friction, friction, jnp.ones_like(friction), slip, deflection)
 
     def _yielding(self, deflection: Scalar, slide_rate: Scalar, traction: Traction) -> tuple[Scalar, Scalar]:
         full = traction.limit(slide_rate, _sense(deflection)) / self.k1

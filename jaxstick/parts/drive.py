@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+import math
 from typing import NamedTuple, Self
 
 import equinox as eqx
@@ -12,6 +13,7 @@ from jaxtyping import Array, ArrayLike, Float
 from scipy.interpolate import CubicSpline
 
 from jaxstick.parameter import parameter
+from jaxstick.turns import sine_and_cosine
 
 
 class Excitation(NamedTuple):
@@ -23,12 +25,25 @@ class Excitation(NamedTuple):
     u: Array
 
 
+class Extent(NamedTuple):
+    """How far an excitation goes: base displacement, base velocity and force [m, m/s, N], each sqrt(2) times
+    its standard deviation, which is the amplitude where it is a sine."""
+
+    y: Array | float
+    y_rate: Array | float
+    u: Array | float
+
+
 class AbstractDrive(eqx.Module):
     """A function of time alone that says how the rig is excited."""
 
     @abc.abstractmethod
     def at(self, t: ArrayLike) -> Excitation:
         """The excitation at the times `t` [s], element by element."""
+
+    @abc.abstractmethod
+    def extent(self) -> Extent:
+        """How far the excitation goes in the run."""
 
 
 class SineDrive(AbstractDrive):
@@ -41,8 +56,7 @@ class SineDrive(AbstractDrive):
 
     def at(self, t: ArrayLike) -> Excitation:
         omega = 2 * jnp.pi * self.frequency
-        angle = omega * jnp.asarray(t) + self.phase
-        sine, cosine = jnp.sin(angle), jnp.cos(angle)
+        sine, cosine = sine_and_cosine(self.frequency * jnp.asarray(t) + self.phase / (2 * jnp.pi))
         amplitude = self.base_amplitude
         return Excitation(
             amplitude * sine,
@@ -51,18 +65,25 @@ class SineDrive(AbstractDrive):
             self.force_amplitude * sine,
         )
 
+    def extent(self) -> Extent:
+        return Extent(
+            self.base_amplitude, 2 * jnp.pi * self.frequency * self.base_amplitude, self.force_amplitude
+        )
+
 
 class RecordedDrive(AbstractDrive):
     """A recorded base motion and force, each a cubic spline through uniformly spaced samples.
 
     The samples themselves are met exactly; outside the record the first or last cubic is continued.
-    `base` and `force` hold the spline's coefficients, cubic term first: shape (samples - 1, 4).
+    `base` and `force` hold the spline's coefficients, cubic term first: shape (samples - 1, 4). `whole` is
+    the extent of the run; where it is not given, that of the pieces held here stands in for it.
     """
 
     start: Float[Array | np.ndarray, ""] | float
     interval: Float[Array | np.ndarray, ""] | float
     base: Float[Array | np.ndarray, "pieces 4"]
     force: Float[Array | np.ndarray, "pieces 4"]
+    whole: Extent | None = None
 
     @classmethod
     def through(
@@ -83,7 +104,7 @@ class RecordedDrive(AbstractDrive):
         base, force = (silent if samples is None else np.asarray(samples) for samples in (base, force))
         knots = interval * np.arange(len(given))
         pieces = [jnp.asarray(CubicSpline(knots, samples).c.T) for samples in (base, force)]
-        return cls(start, interval, pieces[0], pieces[1])
+        return cls(start, interval, pieces[0], pieces[1], extent_of(pieces[0], pieces[1]))
 
     def at(self, t: ArrayLike) -> Excitation:
         elapsed = jnp.asarray(t) - self.start
@@ -98,3 +119,15 @@ class RecordedDrive(AbstractDrive):
             6 * cubic * s + 2 * square,
             ((f3 * s + f2) * s + f1) * s + f0,
         )
+
+    def extent(self) -> Extent:
+        return extent_of(self.base, self.force) if self.whole is None else self.whole
+
+
+def extent_of(
+    base: Float[Array | np.ndarray, "pieces 4"], force: Float[Array | np.ndarray, "pieces 4"]
+) -> Extent:
+    """The extent of a recorded drive from its coefficients, cubic term first."""
+    base, force = jnp.asarray(base), jnp.asarray(force)
+    columns = base[..., 3], base[..., 2], force[..., 3]
+    return Extent(*(math.sqrt(2) * jnp.std(column, axis=-1) for column in columns))

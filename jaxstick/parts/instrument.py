@@ -6,6 +6,7 @@ import abc
 from typing import Any, NamedTuple
 
 import equinox as eqx
+import jax.numpy as jnp
 
 from jaxstick.parts.motion import Motion, Scalar
 
@@ -17,12 +18,32 @@ class Reading(NamedTuple):
     friction: Scalar
 
 
+class Past(NamedTuple):
+    """What is known, at the start of a motion, of the time before it.
+
+    rate, at which the friction force changes at the start [N/s]; impulse, the integral of the friction force
+    as it was recorded, from the beginning of the run to the start [N s].
+    """
+
+    rate: Scalar = 0.0
+    impulse: Scalar = 0.0
+
+    def change(self, friction: Scalar, span: Scalar) -> Scalar:
+        """By how much the friction force, `friction` [N] at the start, changed in the last `span` seconds:
+        at the rate of the start, but by no more than itself, since a force in full swing has not swung for
+        long."""
+        return jnp.clip(jnp.asarray(self.rate) * span, -jnp.abs(friction), jnp.abs(friction))
+
+
 class AbstractInstrument(eqx.Module):
     """The measuring chain, with a private state where it has memory (a filter, a delay)."""
 
-    def initial(self, motion: Motion, friction: Scalar) -> Any:
-        """The private state of a chain that has long seen this motion and friction force [N]."""
-        del motion, friction
+    def initial(self, motion: Motion, friction: Scalar, past: Past) -> Any:
+        """The private state at the start of a motion, with the friction force [N] there.
+
+        A motion may be picked up in the middle of a record; the state is the likeliest that `past` allows.
+        """
+        del motion, friction, past
         return None
 
     def advance(self, state: Any, motion: Motion, friction: Scalar, step: Scalar) -> Any:

@@ -15,8 +15,12 @@ class AbstractPart(eqx.Module):
     A part without memory keeps the defaults: its state is None and nothing advances.
     """
 
-    def initial(self) -> Any:
-        """The private state of a part that has been at rest for long."""
+    def initial(self, motion: Motion) -> Any:
+        """The private state at the start of a motion, as likely as that start allows.
+
+        A motion need not begin at rest: it may be picked up in the middle of a record.
+        """
+        del motion
         return None
 
     def advance(self, state: Any, motion: Motion, step: Scalar) -> Any:

@@ -18,13 +18,18 @@ Sources = Mapping[str, str]
 LAYERS: tuple[tuple[str, ...], ...] = (
     (
         "jaxstick.compilation_cache",
+        "jaxstick.compiled",
         "jaxstick.deferred",
         "jaxstick.enclosure",
         "jaxstick.errors",
         "jaxstick.precision",
+        "jaxstick.turns",
         "jaxstick.version",
     ),
-    ("jaxstick.parameter",),
+    (
+        "jaxstick.parameter",
+        "jaxstick.sizes",
+    ),
     ("jaxstick.parts",),
     ("jaxstick.oscillator",),
     ("jaxstick.effect",),
@@ -38,7 +43,17 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "jaxstick.outcome",
         "jaxstick.trajectory",
     ),
-    ("jaxstick.simulate",),
+    (
+        "jaxstick.cycle_sums",
+        "jaxstick.return_map",
+        "jaxstick.simulate",
+    ),
+    (
+        "jaxstick.chord",
+        "jaxstick.laps",
+        "jaxstick.pursuit",
+        "jaxstick.recurrence",
+    ),
     ("jaxstick.side_by_side",),
     ("jaxstick.formats",),
     ("jaxstick.output",),
@@ -50,12 +65,19 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ),
     (
         "jaxstick.check",
+        "jaxstick.signature",
+        "jaxstick.sensitivity",
         "jaxstick.simulations",
         "jaxstick.steady",
+        "jaxstick.steady_outcome",
         "jaxstick.sweep",
     ),
+    ("jaxstick.sweeps",),
     ("jaxstick.plots",),
-    ("jaxstick.terminal",),
+    (
+        "jaxstick.progress_bar",
+        "jaxstick.terminal",
+    ),
     ("jaxstick.command",),
     ("jaxstick.verbs",),
     (
@@ -84,7 +106,11 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "fitting.newton",
     ),
     ("fitting.descent",),
-    ("fitting.search",),
+    (
+        "fitting.joining",
+        "fitting.search",
+    ),
+    ("fitting.climb",),
     (
         "fitting.input_noise",
         "fitting.intervals",
@@ -105,10 +131,8 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("fitting.blind",),
     ("fitting.plots",),
     ("fitting.report",),
-    (
-        "fitting.progress_bar",
-        "fitting.show",
-    ),
+    ("fitting.show",),
+    ("fitting.show_diagnosis",),
     ("fitting.verbs",),
     (
         "fitting.cli",
@@ -342,12 +366,15 @@ def effect_keys(sources: Sources) -> frozenset[str]:
 
 
 def named_effects(sources: Sources) -> Iterator[str]:
-    """Nobody but an effect's own file names it, in an import or in a string that is no docstring."""
+    """Nobody but an effect's own file names it, in an import or in a string that is no docstring; sealed
+    cases, which make effects by formulas of their own, name what they make."""
     keys = effect_keys(sources)
     for found in all_imports(sources):
         if found.module.startswith(EFFECTS + ".") and not inside(found.importer, EFFECTS):
             yield f"{found.place}: imports {found.module}; only the catalogue finds effects, by listing them"
     for path, source in sources.items():
+        if inside(module_name(path), BLIND):
+            continue
         own = module_name(path).removeprefix(EFFECTS + ".")
         tree = ast.parse(source)
         docs = {id(node) for node in docstring_nodes(tree)}

@@ -13,9 +13,9 @@ import pytest
 from click.testing import CliRunner, Result
 
 from fitting import cli
-from fitting.progress_bar import ProgressBar
 from fitting.settings import Settings
 from fitting.verbs import fit as fit_verb
+from jaxstick.progress_bar import ProgressBar
 from jaxstick.terminal import Terminal
 
 ROOT = Path(__file__).resolve().parents[2]

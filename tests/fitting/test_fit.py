@@ -159,7 +159,7 @@ def test_effects_that_made_the_data_are_recovered():
 def test_a_mass_one_percent_heavier_than_stated_is_found():
     heavier = dataclasses.replace(RIG, mass=1.01 * RIG.mass)
     runs = seeded(own_run(SineDrive(1.5, 10.325e-3), rig=heavier))
-    mass = by_name(fitted(dataset(*runs), free=("mass",)))["mass"]
+    mass = by_name(fitted(dataset(*runs), free=("mass",)))["rig.mass"]
     assert mass.unit == "kg" and mass.assumed == RIG.mass
     assert standard_errors_off(mass, heavier.mass) < 5
     assert mass.low > RIG.mass, "the data exclude the stated mass"  # pyright: ignore[reportOptionalOperand]

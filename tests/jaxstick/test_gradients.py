@@ -44,7 +44,7 @@ def _central_difference(outcome: Callable[[Array], Array], point: np.ndarray, in
     """The fourth-order central difference, of a ladder of step sizes the one that agrees best with both its
     neighbours: large steps meet events that cross a node of the grid, small ones rounding."""
     ladder = []
-    for share in 10.0 ** np.arange(-4.5, -7.1, -0.25):
+    for share in 10.0 ** np.arange(-4.0, -7.1, -0.25):
         shift = np.zeros_like(point)
         shift[index] = share * max(abs(point[index]), 1e-3)
         near, far = (

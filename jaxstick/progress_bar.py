@@ -6,22 +6,36 @@ from types import TracebackType
 from typing import Self
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    ProgressColumn,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 
 class ProgressBar:
     """Shows the stages of a computation: a bar on a terminal, one line a stage elsewhere.
 
-    A context manager; it is what `fitting.progress.Progress` asks for.
+    A context manager; it is what `fitting.progress.Progress` asks for. `remaining` adds an estimate of the
+    time left, for stages whose steps take equally long.
     """
 
-    def __init__(self, console: Console) -> None:
+    def __init__(self, console: Console, remaining: bool = False) -> None:
         self._console = console
-        self._bar = Progress(
+        columns: list[ProgressColumn] = [
             SpinnerColumn(),
             TextColumn("{task.description:<14}"),
             BarColumn(24),
             TimeElapsedColumn(),
+        ]
+        if remaining:
+            columns += [TextColumn("left:"), TimeRemainingColumn()]
+        self._bar = Progress(
+            *columns,
             TextColumn("{task.fields[note]}", style="dim"),
             console=console,
             transient=True,
@@ -45,6 +59,6 @@ class ProgressBar:
         else:
             self._console.print(f"{name} ...")
 
-    def advance(self, note: str = "") -> None:
-        """One step of the present stage is done; the bar of a stage that takes more steps stays full."""
-        self._bar.update(self._task, advance=1, note=note)
+    def advance(self, note: str = "", steps: int = 1) -> None:
+        """So many steps of the present stage are done; the bar of a stage that takes more stays full."""
+        self._bar.update(self._task, advance=steps, note=note)

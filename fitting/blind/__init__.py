@@ -1,0 +1,1 @@
+"""Sealed cases: records whose effect is withheld, made by a simulation of their own."""

@@ -1,0 +1,127 @@
+"""Which effect: all of them screened, the promising ones refitted, alone and in pairs, and weighed."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.diagnosis.base import nuisances
+from fitting.diagnosis.judge import Account, Judgement, judge
+from fitting.diagnosis.model import COLUMNS, Model
+from fitting.diagnosis.refit import Bench, Point, Refit, refit
+from fitting.diagnosis.screen import Promise, Screen, screen
+from fitting.progress import Progress
+
+SHORT_LIST = 10
+STARTS = (0.5, 1.0)
+"""Refits begin at these shares of the change that the linearised model expects."""
+SHORT_LIST_OF_SECONDS = 5
+LEADERS = 2
+FAR = 6.0
+EXCESS_FOR_PAIRS = 0.02
+"""A second effect is sought where the best one leaves a misfit more than this above the noise."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Explanation:
+    """One effect or several, refitted, with the promise that brought it on the short list."""
+
+    keys: tuple[str, ...]
+    promise: Promise
+    refit: Refit
+
+
+@dataclasses.dataclass(frozen=True)
+class Attribution:
+    """The nominal model's refit, the explanations (best first), the screenings that led to them, and the
+    judgement."""
+
+    nominal: Refit
+    explanations: tuple[Explanation, ...]
+    screen: Screen
+    judgement: Judgement
+    inflation: float
+
+
+def attribute(model: Model, bench: Bench, point: Point, progress: Progress) -> Attribution:
+    """Screens and refits every effect on a bench, beginning at the nominal model's point."""
+    progress.stage("effects screened", 2)
+    (nominal,) = refit(model, bench, [point], [nuisances(model)])
+    progress.advance(f"chi2 per sample {nominal.misfit:.4g}")
+    first = screen(model, bench, nominal)
+    progress.advance(f"{len(first.keys)} effects")
+    found = _refitted(model, bench, nominal, first.promises[:SHORT_LIST], progress)
+    found.sort(key=lambda explanation: explanation.refit.misfit)
+    leader = found[0]
+    second = screen(model, bench, leader.refit)
+    inflation = float(np.median([promise.inflation for promise in second.promises]))
+    if leader.refit.misfit > 1 + EXCESS_FOR_PAIRS and nominal.misfit > 1 + 2 * EXCESS_FOR_PAIRS:
+        found += _pairs(model, bench, found[:LEADERS], second, progress)
+    found.sort(key=lambda explanation: explanation.refit.misfit)
+    accounts = [
+        Account(e.keys, e.refit.misfit, sum(len(model.shelf.names(key)) for key in e.keys)) for e in found
+    ]
+    judgement = judge(
+        nominal.misfit, accounts, float(bench.dof().sum()), inflation, list(model.shelf.effects)
+    )
+    return Attribution(nominal, tuple(found), first, judgement, inflation)
+
+
+def _refitted(
+    model: Model, bench: Bench, base: Refit, promises: Sequence[Promise], progress: Progress
+) -> list[Explanation]:
+    """The best refit of every promise, on top of the effects that the base has."""
+    home = {key: group for group in model.groups() for key in group}
+    present = base.point.keys
+    points, frees, owners = [], [], []
+    for promise in promises:
+        free = np.concatenate([base.free, model.of(promise.key)])[: COLUMNS - 1]
+        keys = home[promise.key] if not present else (*_named(model, base), promise.key)
+        for share in STARTS:
+            points.append(_begin(model, base, promise, share, keys))
+            frees.append(free)
+            owners.append(promise)
+    progress.stage("effects refitted" if len(base.free) == len(nuisances(model)) else "pairs refitted", 14)
+    results = refit(model, bench, points, frees, progress=lambda: progress.advance())
+    best: dict[str, Explanation] = {}
+    for promise, result in zip(owners, results, strict=True):
+        keys = (*_named(model, base), promise.key)
+        rival = best.get(promise.key)
+        if rival is None or result.misfit < rival.refit.misfit:
+            best[promise.key] = Explanation(keys, promise, result)
+    return list(best.values())
+
+
+def _named(model: Model, base: Refit) -> tuple[str, ...]:
+    """The effects that are free in a refit; its point may have others attached at null."""
+    names = {model.names[i].partition(".")[0] for i in base.free}
+    return tuple(key for key in model.shelf.effects if key in names)
+
+
+def _begin(model: Model, base: Refit, promise: Promise, share: float, keys: tuple[str, ...]) -> Point:
+    coordinates = base.point.coordinates.copy()
+    strengths = model.index(*model.shelf.strengths[promise.key])
+    change = np.clip(share * promise.change, -FAR, FAR)
+    coordinates[strengths] = np.clip(change, model.lower[strengths], model.upper[strengths])
+    if len(promise.shape):
+        coordinates[model.index(*model.shelf.shapes[promise.key])] = promise.shape
+    return dataclasses.replace(base.point, keys=keys, coordinates=coordinates)
+
+
+def _pairs(
+    model: Model, bench: Bench, leaders: Sequence[Explanation], second: Screen, progress: Progress
+) -> list[Explanation]:
+    """A second effect beside each of the leading ones."""
+    out: list[Explanation] = []
+    for number, leader in enumerate(leaders):
+        seen = second if number == 0 else screen(model, bench, leader.refit)
+        own = [promise for promise in seen.promises if promise.key not in leader.keys]
+        out += _refitted(model, bench, leader.refit, own[:SHORT_LIST_OF_SECONDS], progress)
+    unique: dict[frozenset[str], Explanation] = {}
+    for pair in out:
+        rival = unique.get(frozenset(pair.keys))
+        if rival is None or pair.refit.misfit < rival.refit.misfit:
+            unique[frozenset(pair.keys)] = pair
+    return list(unique.values())

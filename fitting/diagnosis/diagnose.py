@@ -1,0 +1,276 @@
+"""The diagnosis of a data set, from records to findings."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.diagnosis.attribute import Attribution, Explanation, attribute
+from fitting.diagnosis.base import Ground, ground
+from fitting.diagnosis.confidence import deviations
+from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter, Trace
+from fitting.diagnosis.localise import localise, residual_force, see
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import Bench, Point, Refit, refit
+from fitting.diagnosis.settings import DiagnosisSettings
+from fitting.diagnosis.shrink import Split, closure, part, share_closed, split
+from fitting.diagnosis.words import advice, notes, sentence, steps_taken
+from fitting.problem import Problem, pose
+from fitting.progress import Progress, Silent
+from fitting.result import Constant
+from fitting.settings import Settings
+from jaxstick.record import CONSTANTS, DataSet
+
+DETECTED = 18.0
+"""The fall of chi-square that pays for an effect among many."""
+NINE_IN_TEN = 1.28
+ALIKE = 8
+"""How many of the best explanations are compared with one another."""
+
+
+def diagnose(
+    dataset: DataSet,
+    settings: DiagnosisSettings | None = None,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Says where simulation and records part, which effect causes it, and how far the gap then shrinks.
+
+    The nominal model is fitted, every effect of the shelf is tried on the runs that are not held out, and the
+    shrinking is measured on those that are.
+
+    Raises UserError for records or settings that do not allow a diagnosis, before anything long is computed.
+    """
+    begun = time.perf_counter()
+    settings = settings or DiagnosisSettings()
+    progress = progress or Silent()
+    held_out = tuple(dict.fromkeys((*settings.hold_out, *(run.file for run in dataset.runs if run.hold_out))))
+    every = dataclasses.replace(
+        dataset, runs=tuple(dataclasses.replace(run, hold_out=False) for run in dataset.runs)
+    )
+    fitting = Settings(seed=settings.seed, workers=settings.workers)
+    problem = pose(every, fitting)
+    model = Model(problem, settings.workers)
+    base = ground(problem, model, fitting, progress)
+    held = split(problem, base.bench, held_out)
+    bench = base.bench.take(held.fitted)
+    found = attribute(model, bench, part(base.point, held.fitted), progress)
+    named = _named(found)
+    progress.stage("how far the gap shrinks", 3)
+    shrunk = closure(problem, model, base.bench, held, _fits(found, named), base.point.starts, settings.seed)
+    progress.advance()
+    before, after = _finally(model, base, found, named)
+    progress.advance()
+    where = localise(problem, model, bench, [base.segments[lane] for lane in held.fitted], found)
+    force = residual_force(problem, model, base.bench, base.segments, before.point)
+    constants_before = _constants(problem, model, base.bench, before)
+    constants, effects = constants_before, {}
+    if named is not None and named.keys:
+        constants = _constants(problem, model, base.bench, after)
+        effects = _effects(model, base.bench, after, named.keys)
+    candidates = _candidates(model, found)
+    progress.advance()
+    judgement = found.judgement
+    mentioned = dict.fromkeys((*judgement.named, *(key for c in candidates[:4] for key in c.keys)))
+    return Diagnosis(
+        verdict=judgement.verdict,
+        named=judgement.named,
+        probabilities=judgement.effects,
+        sentence=sentence(model, judgement, shrunk, where),
+        where=where,
+        residual_force=force,
+        candidates=candidates,
+        likeness=_likeness(found, bench),
+        closure=shrunk,
+        effects=effects,
+        constants=constants,
+        constants_before=constants_before,
+        traces=_traces(problem, model, base, held, before, after),
+        cards={key: model.shelf.effects[key].card for key in mentioned},
+        next_experiment=advice(problem, model, found, bench),
+        notes=notes(problem, found, where, held),
+        steps=steps_taken(problem, model, found, base, held),
+        sha256=dataset.sha256,
+        settings=dataclasses.asdict(settings),
+        seconds=time.perf_counter() - begun,
+    )
+
+
+def _named(found: Attribution) -> Explanation | None:
+    """The explanation that the verdict rests on: the likeliest of what it names; where it names nothing, but
+    the gap is real, the best one for comparison stays unnamed."""
+    named = found.judgement.named
+    if not named:
+        return None
+    wanted = set(named) if found.judgement.verdict == "several" else {named[0]}
+    return next(e for e in found.explanations if set(e.keys) == wanted)
+
+
+def _fits(found: Attribution, named: Explanation | None) -> dict[str, Refit]:
+    """The fits whose gaps are compared on what was held out."""
+    fits = {"nominal": found.nominal, "named": found.nominal if named is None else named.refit}
+    mentioned = set(found.judgement.named)
+    wrong = [e for e in found.explanations if not mentioned & set(e.keys)]
+    if wrong and mentioned:
+        fits["wrong"] = wrong[0].refit
+        fits["placebo"] = wrong[-1].refit
+    return fits
+
+
+def _finally(
+    model: Model, base: Ground, found: Attribution, named: Explanation | None
+) -> tuple[Refit, Refit]:
+    """The nominal model and the named explanation, each fitted once more to everything there is."""
+
+    def begin(fit: Refit) -> Point:
+        return dataclasses.replace(fit.point, starts=base.point.starts, levels=_levels(fit, base.bench))
+
+    chosen = [found.nominal] if named is None else [found.nominal, named.refit]
+    results = refit(model, base.bench, [begin(fit) for fit in chosen], [fit.free for fit in chosen])
+    return results[0], results[-1]
+
+
+def _levels(fit: Refit, bench: Bench) -> np.ndarray:
+    levels = np.zeros(bench.runs)
+    levels[: len(fit.point.levels)] = fit.point.levels
+    return levels
+
+
+def _constants(problem: Problem, model: Model, bench: Bench, fit: Refit) -> tuple[Constant, ...]:
+    spread, quantile = deviations(model, bench, fit)
+    out = []
+    for index, name in zip(fit.free, (model.names[i] for i in fit.free), strict=True):
+        if name not in CONSTANTS:
+            continue
+        value, low, high = _bounds(model, fit, index, float(spread[list(fit.free).index(index)]), quantile)
+        out.append(
+            Constant(
+                name=name,
+                value=value,
+                low=low,
+                high=high,
+                unit=model.members[index].unit,
+                assumed=getattr(problem.dataset.assumed, name),
+                standard_error=None if low is None or high is None else (high - low) / (2 * quantile),
+                method="covariance",
+            )
+        )
+    return tuple(out)
+
+
+def _effects(model: Model, bench: Bench, fit: Refit, keys: Sequence[str]) -> dict[str, tuple[Parameter, ...]]:
+    spread, quantile = deviations(model, bench, fit)
+    deviation = dict(zip(fit.free.tolist(), spread.tolist(), strict=True))
+    out = {}
+    for key in keys:
+        own = []
+        for index in model.of(key):
+            if index not in deviation:
+                continue
+            value, low, high = _bounds(model, fit, int(index), deviation[index], quantile)
+            name = model.names[index].partition(".")[2]
+            own.append(Parameter(name, value, low, high, model.members[index].unit))
+        out[key] = tuple(own)
+    return out
+
+
+def _bounds(
+    model: Model, fit: Refit, index: int, deviation: float, quantile: float
+) -> tuple[float, float | None, float | None]:
+    """A parameter's value and 95 % interval in its own unit; an end beyond the bounds is no end."""
+    member, at = model.members[index], float(fit.point.coordinates[index])
+    low, high = at - quantile * deviation, at + quantile * deviation
+    return (
+        float(member.to_value(at)),
+        float(member.to_value(low)) if low > model.lower[index] and math.isfinite(low) else None,
+        float(member.to_value(high)) if high < model.upper[index] and math.isfinite(high) else None,
+    )
+
+
+def _candidates(model: Model, found: Attribution) -> tuple[Candidate, ...]:
+    before = math.sqrt(found.nominal.misfit)
+    out = []
+    for explanation in found.explanations:
+        fit, promise = explanation.refit, explanation.promise
+        free = set(fit.free.tolist())
+        own = [i for key in explanation.keys for i in model.of(key) if i in free]
+        member = model.members[model.index(model.shelf.strengths[promise.key][0])[0]]
+        spread = math.sqrt(max(found.inflation, 1.0) / max(float(promise.information[0]), 1e-300))
+        out.append(
+            Candidate(
+                keys=explanation.keys,
+                score=promise.score,
+                misfit=fit.misfit,
+                closed=share_closed(before, math.sqrt(fit.misfit), min(1.0, before)),
+                probability=found.judgement.explanations["+".join(explanation.keys)],
+                parameters=tuple(
+                    Parameter(
+                        model.names[i] if len(explanation.keys) > 1 else model.names[i].partition(".")[2],
+                        float(model.members[i].to_value(fit.point.coordinates[i])),
+                        None,
+                        None,
+                        model.members[i].unit,
+                    )
+                    for i in own
+                ),
+                detection_limit=(math.sqrt(DETECTED) + NINE_IN_TEN) * spread * member.scale,
+            )
+        )
+    return tuple(sorted(out, key=lambda candidate: -candidate.probability))
+
+
+def _likeness(found: Attribution, bench: Bench) -> tuple[Likeness, ...]:
+    """Every two of the best single explanations: how alike they are and how far apart their misfits."""
+    singles = [e for e in found.explanations if len(e.keys) == 1][:ALIKE]
+    place = {key: number for number, key in enumerate(found.screen.keys)}
+    out = []
+    for number, one in enumerate(singles):
+        for other in singles[number + 1 :]:
+            difference = other.refit.cost - one.refit.cost
+            spread = float(np.std(difference)) * math.sqrt(len(difference))
+            out.append(
+                Likeness(
+                    one.keys[0],
+                    other.keys[0],
+                    float(found.screen.cosine[place[one.keys[0]], place[other.keys[0]]]),
+                    float(difference.sum()) / max(spread, 1e-300),
+                )
+            )
+    return tuple(out)
+
+
+def _traces(
+    problem: Problem, model: Model, base: Ground, held: Split, before: Refit, after: Refit
+) -> tuple[Trace, ...]:
+    first, last = (see(model, base.bench, fit.point) for fit in (before, after))
+    held_runs = set(held.files)
+    out = []
+    for number, signal in enumerate(problem.chosen):
+        mine = np.flatnonzero(base.bench.run == number)
+        spans = [base.segments[lane].last - base.segments[lane].first for lane in mine]
+
+        def joined(values: np.ndarray, mine: np.ndarray = mine, spans: list[int] = spans) -> np.ndarray:
+            return np.concatenate([values[lane, :span] for lane, span in zip(mine, spans, strict=True)])
+
+        run = signal.run
+        out.append(
+            Trace(
+                file=run.file,
+                held_out=run.file in held_runs,
+                time=run.time,
+                base=signal.base,
+                velocity=signal.velocity,
+                displacement=run.displacement,
+                friction=run.friction,
+                before_displacement=joined(first.read_displacement),
+                before_friction=joined(first.read_friction),
+                after_displacement=joined(last.read_displacement),
+                after_friction=joined(last.read_friction),
+                displacement_noise=signal.displacement_noise,
+                friction_noise=signal.friction_noise,
+            )
+        )
+    return tuple(out)

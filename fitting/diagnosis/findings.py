@@ -1,0 +1,174 @@
+"""What a diagnosis finds, as plain data: figures and words are made of it elsewhere."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, Literal
+
+import numpy as np
+
+from fitting.result import Constant
+from jaxstick.effect import Card
+
+Verdict = Literal["none", "effect", "several", "ambiguous", "unlisted"]
+Shares = Mapping[str, float]
+
+
+@dataclasses.dataclass(frozen=True)
+class Where:
+    """Shares of the excess of the residuals over their noise, each group adding up to one.
+
+    channel: displacement, friction; phase: stick, breakaway, slip, arrest; direction: forward, backward; run:
+    by file; harmonic: order of the drive's frequency, and "rest"; time: tenths of a run; side: mechanics,
+    friction, measurement. `excess` is the excess itself, chi-square per degree of freedom less one, and
+    `significance` how many standard deviations of block sums it lies above zero.
+    """
+
+    channel: Shares
+    phase: Shares
+    direction: Shares
+    run: Shares
+    harmonic: Shares
+    time: Shares
+    side: Shares
+    excess: float
+    significance: float
+
+
+@dataclasses.dataclass(frozen=True)
+class ResidualForce:
+    """The force that the fitted nominal model lacks, along every fitted run: one entry a sample.
+
+    force [N] that the equation of motion asks for beyond the model's, displacement [m], velocity [m/s], time
+    [s], the number of the run, and whether the mass was at rest. `sketch` are the terms that a sparse
+    regression finds in it, term by coefficient in newtons at the size of the motion, the largest first.
+    """
+
+    force: np.ndarray
+    displacement: np.ndarray
+    velocity: np.ndarray
+    time: np.ndarray
+    run: np.ndarray
+    at_rest: np.ndarray
+    sketch: Mapping[str, float]
+
+
+@dataclasses.dataclass(frozen=True)
+class Parameter:
+    """An effect's parameter with its 95 % interval, in its own unit."""
+
+    name: str
+    value: float
+    low: float | None
+    high: float | None
+    unit: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Candidate:
+    """One effect (or several together) as an explanation.
+
+    keys: the effects; score: the fall of chi-square that the linearised model promises; predicted: their
+    strengths by that promise, as shares of their typical sizes; misfit: chi-square per degree of freedom
+    after the refit on the runs that were fitted; closed: the share of the reducible gap that it closes there;
+    detection_limit: the strength [own unit] that these records would show in nine of ten cases.
+    """
+
+    keys: tuple[str, ...]
+    score: float
+    misfit: float
+    closed: float
+    probability: float
+    parameters: tuple[Parameter, ...]
+    detection_limit: float | None
+
+
+@dataclasses.dataclass(frozen=True)
+class Likeness:
+    """How alike two effects are in these records: cosine of what they leave after everything free is fitted
+    (1: cannot be told apart), and the excess of the one beyond the other after refits, in standard
+    deviations of block sums."""
+
+    one: str
+    other: str
+    cosine: float
+    separation: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Closure:
+    """The gap on runs or segments that took no part in choosing or fitting, in standard deviations of noise.
+
+    before: the fitted nominal model; after: with the named effects; floor: what noise alone leaves; assumed:
+    the assumed constants; closed = (before - after)/(before - floor) with its 95 % interval; placebo: the
+    same share for an effect of no meaning; wrong: for the best effect that was not named.
+    """
+
+    before: float
+    after: float
+    floor: float
+    assumed: float | None
+    closed: float
+    interval: tuple[float, float]
+    placebo: float | None
+    wrong: float | None
+    held_out: tuple[str, ...]
+    by_segments: bool
+
+
+@dataclasses.dataclass(frozen=True)
+class Trace:
+    """One run for pictures: what was measured, and the model before and after, piecewise with free starts.
+
+    Arrays over samples; friction is None where it was not recorded. The noise is that of the channels.
+    """
+
+    file: str
+    held_out: bool
+    time: np.ndarray
+    base: np.ndarray
+    velocity: np.ndarray
+    displacement: np.ndarray
+    friction: np.ndarray | None
+    before_displacement: np.ndarray
+    before_friction: np.ndarray
+    after_displacement: np.ndarray
+    after_friction: np.ndarray
+    displacement_noise: float
+    friction_noise: float | None
+
+
+@dataclasses.dataclass(frozen=True)
+class Diagnosis:
+    """The whole diagnosis of a data set.
+
+    `named` are the keys of the cause, or of what cannot be told apart, the likeliest first; `probabilities`
+    of "none", "unlisted" and every effect add up to one. `candidates` are sorted by probability. `cards` hold
+    those of all effects mentioned. `notes` say in sentences what weakens the verdict (channels that are
+    missing, segments that were lost, limits of detection). `closed_alone`: the share of the reducible gap
+    that a named effect closes without the other named ones, on what took no part; empty where nobody worked
+    it out.
+    """
+
+    verdict: Verdict
+    named: tuple[str, ...]
+    probabilities: Shares
+    sentence: str
+    where: Where
+    residual_force: ResidualForce
+    candidates: tuple[Candidate, ...]
+    likeness: tuple[Likeness, ...]
+    closure: Closure
+    effects: Mapping[str, tuple[Parameter, ...]]
+    constants: tuple[Constant, ...]
+    constants_before: tuple[Constant, ...]
+    traces: tuple[Trace, ...]
+    cards: Mapping[str, Card]
+    next_experiment: str | None
+    notes: tuple[str, ...]
+    steps: tuple[str, ...]
+    sha256: str | None
+    settings: Mapping[str, Any]
+    seconds: float
+    closed_alone: Shares = dataclasses.field(default_factory=dict)

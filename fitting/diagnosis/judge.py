@@ -1,0 +1,120 @@
+"""From misfits to probabilities and a verdict.
+
+Every explanation j leaves a misfit m_j (chi-square per degree of freedom). With the level of the noise
+unknown its logarithmic likelihood is -(N/2) log m_j, and -(k_j/2) log N pays for its parameters (Schwarz,
+Annals of Statistics 6 (1978) 461). N is not the number of samples: residuals are correlated, and where even the best
+explanation leaves something, what is left is a bias that more samples do not average out.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from fitting.diagnosis.findings import Verdict
+
+MISSPECIFIED = 30.0
+"""How many independent pieces of evidence are left where the best explanation leaves a misfit of 2."""
+LEAST_PIECES = 25.0
+UNLISTED_SHARE = 0.12
+"""The share of the excess that an effect off the shelf is taken to leave: a listed one that leaves far more
+is not the cause."""
+UNLISTED_FLOOR = 1.05
+UNLISTED_PARAMETERS = 6
+PRIOR = {"none": 0.3, "unlisted": 0.08, "single": 0.5, "pair": 0.12}
+DOUBT = 0.004
+"""What is kept for explanations that nobody thought of: no probability is called certain."""
+ENOUGH = 0.9
+NOTABLE = 0.1
+MOST_NAMED = 4
+
+NONE, UNLISTED = "none", "unlisted"
+
+
+@dataclasses.dataclass(frozen=True)
+class Account:
+    """One explanation's account: its effects, misfit and number of parameters."""
+
+    keys: tuple[str, ...]
+    misfit: float
+    parameters: int
+
+
+@dataclasses.dataclass(frozen=True)
+class Judgement:
+    """Probabilities of explanations (by their keys joined with +), of "none" and "unlisted"; those of single
+    effects, a pair's shared between its two; the verdict and what it names."""
+
+    explanations: Mapping[str, float]
+    effects: Mapping[str, float]
+    verdict: Verdict
+    named: tuple[str, ...]
+
+
+def judge(
+    nominal: float, accounts: Sequence[Account], samples: float, inflation: float, shelf: Sequence[str]
+) -> Judgement:
+    """The probabilities of all explanations.
+
+    nominal: the misfit without any effect; samples: degrees of freedom; inflation: variance of scores by
+    clusters over that of white residuals; shelf: all keys.
+    """
+    best = min([nominal, *(account.misfit for account in accounts)])
+    pieces = pieces_of_evidence(best, samples, inflation)
+    price = 0.5 * math.log(pieces)
+
+    def weight(misfit: float, parameters: int, prior: float) -> float:
+        return -0.5 * pieces * math.log(max(misfit, 1e-3)) - price * parameters + math.log(prior)
+
+    unlisted = UNLISTED_FLOOR + UNLISTED_SHARE * max(nominal - UNLISTED_FLOOR, 0.0)
+    names = [NONE, UNLISTED]
+    logs = [
+        weight(nominal, 0, PRIOR[NONE]),
+        weight(max(unlisted, best), UNLISTED_PARAMETERS, PRIOR[UNLISTED]),
+    ]
+    pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
+    for account in accounts:
+        prior = PRIOR["single"] / len(shelf) if len(account.keys) == 1 else PRIOR["pair"] / pairs
+        names.append("+".join(account.keys))
+        logs.append(weight(account.misfit, account.parameters, prior))
+    share = np.exp(np.array(logs) - max(logs))
+    share = (1 - DOUBT) * share / share.sum() + DOUBT / len(share)
+    explanations = dict(zip(names, share.tolist(), strict=True))
+    effects = {NONE: explanations[NONE], UNLISTED: explanations[UNLISTED], **dict.fromkeys(shelf, 0.0)}
+    for account in accounts:
+        for key in account.keys:
+            effects[key] += explanations["+".join(account.keys)] / len(account.keys)
+    verdict, named = _verdict(explanations)
+    return Judgement(explanations, effects, verdict, named)
+
+
+def pieces_of_evidence(best: float, samples: float, inflation: float) -> float:
+    """The number of independent samples that the residuals amount to."""
+    correlated = max(inflation, 1.0) / samples
+    return max(LEAST_PIECES, 1 / (correlated + max(best - 1.0, 0.0) / MISSPECIFIED))
+
+
+def _verdict(explanations: Mapping[str, float]) -> tuple[Verdict, tuple[str, ...]]:
+    leader = max(explanations, key=lambda name: explanations[name])
+    singles = {
+        name: p for name, p in explanations.items() if name not in (NONE, UNLISTED) and "+" not in name
+    }
+    if leader not in singles and sum(singles.values()) > max(explanations.values()):
+        leader = max(singles, key=lambda name: singles[name])
+    if leader == NONE:
+        return "none", ()
+    if leader == UNLISTED:
+        return "unlisted", ()
+    if "+" in leader:
+        return "several", tuple(leader.split("+"))
+    named, covered = [], 0.0
+    for name in sorted(singles, key=lambda name: -singles[name]):
+        if covered > ENOUGH * sum(singles.values()) or singles[name] < NOTABLE * singles[leader]:
+            break
+        named.append(name)
+        covered += singles[name]
+    named = named[:MOST_NAMED]
+    return ("effect" if len(named) == 1 else "ambiguous"), tuple(named)

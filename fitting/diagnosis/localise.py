@@ -1,0 +1,242 @@
+"""Where simulation and record part: the excess of the residuals over their noise, split in several ways."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from fitting.diagnosis.attribute import Attribution
+from fitting.diagnosis.findings import ResidualForce, Where
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import Bench, Point
+from fitting.problem import Problem
+from fitting.segments import Segment
+from fitting.signals import balance
+from jaxstick.cycle import cycle_of
+
+AT_REST = 0.02
+"""The mass counts as at rest below this share of its top speed."""
+AROUND_EVENT = 0.03
+"""Breakaway and arrest last this share of a natural period to both sides."""
+ORDERS = 9
+TENTHS = 10
+SHARPNESS = 4
+TERMS = 3
+LEAST_GAIN = 0.02
+
+
+@dataclasses.dataclass(frozen=True)
+class Seen:
+    """Residuals of all lanes under one hypothesis, sample by sample (lanes, samples), in standard deviations,
+    and the motion behind them; `counts` says which samples are real."""
+
+    displacement: np.ndarray
+    friction: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+    counts: np.ndarray
+    read_displacement: np.ndarray
+    read_friction: np.ndarray
+
+
+def see(model: Model, bench: Bench, point: Point) -> Seen:
+    """What a hypothesis leaves of every lane."""
+    lanes = bench.lanes
+    x, f, v, force = model.predict(point.keys, lanes, point.each(bench), point.starts)
+    weight = np.asarray(lanes.displacement_weight), np.asarray(lanes.friction_weight)
+    return Seen(
+        weight[0] * (x - np.asarray(lanes.displacement)),
+        weight[1] * (f - np.asarray(lanes.friction)),
+        v,
+        force,
+        weight[0] > 0,
+        x,
+        f,
+    )
+
+
+def localise(
+    problem: Problem, model: Model, bench: Bench, segments: Sequence[Segment], found: Attribution
+) -> Where:
+    """The excess under the fitted nominal model, split by channel, phase, direction, run, harmonic, time and
+    side. A part that has less than its share of noise counts as zero."""
+    seen = see(model, bench, found.nominal.point)
+    counted = seen.counts[:, :, None] & (_weights(bench) > 0)
+    squares = np.stack([seen.displacement, seen.friction], axis=2) ** 2
+    dof = counted.sum(axis=(1, 2)) - 3.0
+    noise = (dof / np.maximum(counted.sum(axis=(1, 2)), 1))[:, None, None] * counted
+    over = np.where(counted, squares - noise, 0.0)
+    phases = _phases(seen, problem.period / float(np.max(np.asarray(bench.lanes.interval))))
+    by_lane = over.sum(axis=(1, 2))
+    total = float(dof.sum())
+    spread = float(np.std(by_lane) * math.sqrt(len(by_lane)))
+    return Where(
+        channel=shares({"displacement": over[:, :, 0].sum(), "friction": over[:, :, 1].sum()}),
+        phase=shares({name: over[mask].sum() for name, mask in phases.items()}),
+        direction=shares(
+            {"forward": over[seen.velocity > 0].sum(), "backward": over[seen.velocity <= 0].sum()}
+        ),
+        run=shares(
+            {signal.run.file: over[bench.run == number].sum() for number, signal in enumerate(problem.chosen)}
+        ),
+        harmonic=_harmonics(problem, segments, seen, bench, over),
+        time=_by_time(problem, segments, over),
+        side=_sides(model, found),
+        excess=float(by_lane.sum()) / total,
+        significance=float(by_lane.sum()) / max(spread, 1e-300),
+    )
+
+
+def shares(parts: Mapping[str, float]) -> dict[str, float]:
+    """Parts as shares of their sum, negative ones as zero; equal shares where nothing is left."""
+    positive = {name: max(float(value), 0.0) for name, value in parts.items()}
+    total = sum(positive.values())
+    if total <= 0:
+        return dict.fromkeys(positive, 1 / len(positive))
+    return {name: value / total for name, value in positive.items()}
+
+
+def _weights(bench: Bench) -> np.ndarray:
+    lanes = bench.lanes
+    return np.stack([np.asarray(lanes.displacement_weight), np.asarray(lanes.friction_weight)], axis=2)
+
+
+def _phases(seen: Seen, period: float) -> dict[str, np.ndarray]:
+    """Masks of the samples in stick, at breakaway, in slip and at arrest; `period` in samples."""
+    resting = np.abs(seen.velocity) < AT_REST * np.max(np.abs(seen.velocity[seen.counts]))
+    reach = max(2, round(AROUND_EVENT * period))
+    leaves = np.zeros_like(resting)
+    comes = np.zeros_like(resting)
+    leaves[:, 1:] = resting[:, :-1] & ~resting[:, 1:]
+    comes[:, 1:] = ~resting[:, :-1] & resting[:, 1:]
+    breakaway, arrest = _around(leaves, reach), _around(comes, reach)
+    arrest &= ~breakaway
+    event = breakaway | arrest
+    return {
+        "stick": resting & ~event,
+        "breakaway": breakaway,
+        "slip": ~resting & ~event,
+        "arrest": arrest,
+    }
+
+
+def _around(marks: np.ndarray, reach: int) -> np.ndarray:
+    out = marks.copy()
+    for shift in range(1, reach + 1):
+        out[:, shift:] |= marks[:, :-shift]
+        out[:, :-shift] |= marks[:, shift:]
+    return out
+
+
+def _harmonics(
+    problem: Problem, segments: Sequence[Segment], seen: Seen, bench: Bench, over: np.ndarray
+) -> dict[str, float]:
+    """The excess at multiples of the drive's frequency, both channels together; "rest" is all else."""
+    parts = {str(order): 0.0 for order in range(1, ORDERS + 1)}
+    for number, signal in enumerate(problem.chosen):
+        cycle = cycle_of(signal.run)
+        mine = np.flatnonzero(bench.run == number)
+        if cycle is None or len(mine) == 0:
+            continue
+        time = np.concatenate([signal.run.time[segments[lane].first : segments[lane].last] for lane in mine])
+        angle = 2 * math.pi * cycle.frequency * time
+        for channel in (seen.displacement, seen.friction):
+            series = np.concatenate(
+                [channel[lane, : segments[lane].last - segments[lane].first] for lane in mine]
+            )
+            for order in range(1, ORDERS + 1):
+                line = np.mean(series * np.exp(-1j * order * angle))
+                parts[str(order)] += max(2 * len(series) * abs(line) ** 2 - 2.0, 0.0)
+    parts["rest"] = float(over.sum()) - sum(parts.values())
+    return shares(parts)
+
+
+def _by_time(problem: Problem, segments: Sequence[Segment], over: np.ndarray) -> dict[str, float]:
+    parts = np.zeros(TENTHS)
+    for segment, lane in zip(segments, over.sum(axis=2), strict=True):
+        total = len(problem.chosen[segment.run].run.time)
+        sample = segment.first + np.arange(segment.last - segment.first)
+        tenth = np.minimum(sample * TENTHS // total, TENTHS - 1)
+        np.add.at(parts, tenth, lane[: len(sample)])
+    return shares({f"{10 * i}-{10 * i + 10} %": float(value) for i, value in enumerate(parts)})
+
+
+def _sides(model: Model, found: Attribution) -> dict[str, float]:
+    """How much of the excess the best effect of each side takes away, sharpened: a side whose best effect
+    takes all of it leaves little to one whose best takes half."""
+    closed = dict.fromkeys(("mechanics", "friction", "measurement"), 0.0)
+    for explanation in found.explanations:
+        families = {model.shelf.effects[key].card.family for key in explanation.keys}
+        gain = max(found.nominal.misfit - explanation.refit.misfit, 0.0)
+        for family in families:
+            closed[family] = max(closed[family], gain / len(families))
+    return shares({family: value**SHARPNESS for family, value in closed.items()})
+
+
+def residual_force(
+    problem: Problem, model: Model, bench: Bench, segments: Sequence[Segment], point: Point
+) -> ResidualForce:
+    """The force that the equation of motion, closed with the measured motion, asks for beyond the friction of
+    the fitted nominal model."""
+    seen = see(model, bench, point)
+    rows = []
+    for number, signal in enumerate(problem.chosen):
+        needed, _ = balance(signal)
+        for lane in np.flatnonzero(bench.run == number):
+            segment = segments[lane]
+            own = slice(segment.first, segment.last)
+            count = segment.last - segment.first
+            rows.append(
+                np.stack(
+                    [
+                        needed[own] - seen.force[lane, :count],
+                        signal.run.displacement[own],
+                        signal.velocity[own],
+                        signal.run.time[own],
+                        np.full(count, number),
+                    ]
+                )
+            )
+    force, x, v, time, run = np.concatenate(rows, axis=1)
+    resting = np.abs(v) < AT_REST * np.max(np.abs(v))
+    return ResidualForce(force, x, v, time, run.astype(int), resting, _sketch(force, x, v))
+
+
+def _sketch(force: np.ndarray, x: np.ndarray, v: np.ndarray) -> dict[str, float]:
+    """Terms chosen one by one, each that which lowers the variance most, as long as it does by a fiftieth."""
+    sense = np.sign(v)
+    library = {
+        "1": np.ones_like(x),
+        "x": x,
+        "x^2": x**2,
+        "x^3": x**3,
+        "v": v,
+        "v |v|": v * np.abs(v),
+        "sign(v)": sense,
+        "sign(v) x": sense * x,
+        "sign(v) x^2": sense * x**2,
+        "x v": x * v,
+    }
+    scaled = {
+        name: column / max(float(np.sqrt(np.mean(column**2))), 1e-300) for name, column in library.items()
+    }
+    chosen: list[str] = []
+    left, coefficients = force, np.zeros(0)
+    for _ in range(TERMS):
+        gains = {}
+        for name in itertools.filterfalse(chosen.__contains__, scaled):
+            design = np.stack([scaled[n] for n in (*chosen, name)], axis=1)
+            solution = np.linalg.lstsq(design.T @ design, design.T @ force, rcond=None)[0]
+            gains[name] = (float(np.mean((force - design @ solution) ** 2)), solution)
+        best = min(gains, key=lambda name: gains[name][0])
+        if gains[best][0] > (1 - LEAST_GAIN) * float(np.mean(left**2)):
+            break
+        chosen.append(best)
+        coefficients = gains[best][1]
+        left = force - np.stack([scaled[n] for n in chosen], axis=1) @ coefficients
+    order = np.argsort(-np.abs(coefficients))
+    return {chosen[i]: float(coefficients[i]) for i in order}

@@ -1,0 +1,298 @@
+"""The nominal model with effects of the shelf attached, and the residuals of lanes as functions of all that
+may be free: one compiled program for a whole group of effects."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from fitting.lanes import Lanes, lane_motion, lane_residual
+from fitting.problem import Problem
+from fitting.unknowns import Chart, Unknown
+from jaxstick.catalogue import catalogue
+from jaxstick.compiled import OPTIONS
+from jaxstick.effect import AbstractEffect
+from jaxstick.hypothesis import Hypothesis, effects_at_null
+from jaxstick.parameter import Place, parameters
+from jaxstick.sizes import size_of
+
+GROUP = 12
+COLUMNS = 14
+"""How many unknowns the program takes derivatives for at once, besides a lane's start."""
+PACK = 64
+FAR = 40.0
+STRENGTH_FREEDOM = 10.0
+SHAPE_FREEDOM = 1.5
+RIG_TOLERANCE = {"mass": 0.01, "stiffness": 0.004, "drive_stiffness": 0.004, "damping": 0.2}
+"""By what share a stated property of the rig may be off without that being called an effect (one standard
+deviation; 2.5 of them are the bounds)."""
+LEVEL_TOLERANCE = 0.15
+"""By what share the friction of one run may differ from the others' (one standard deviation)."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Shelf:
+    """The effects as candidates: their keys, which unknowns are strengths and which give the shape."""
+
+    effects: dict[str, type[AbstractEffect]]
+    strengths: dict[str, tuple[str, ...]]
+    shapes: dict[str, tuple[str, ...]]
+
+    def names(self, key: str) -> tuple[str, ...]:
+        return (*self.strengths[key], *self.shapes[key])
+
+
+class Columns(NamedTuple):
+    """Residuals of lanes (lanes, rows) in standard deviations, and their derivatives (lanes, rows, columns +
+    3) with respect to chosen unknowns and the start."""
+
+    residual: np.ndarray
+    jacobian: np.ndarray
+
+
+class Job(NamedTuple):
+    """Lanes to be linearised with some effects attached.
+
+    coordinates (lanes, all); starts (lanes, 3); chosen (lanes, `COLUMNS`), the numbers of the unknowns that
+    each lane is differentiated by, -1 for none.
+    """
+
+    keys: tuple[str, ...]
+    lanes: Lanes
+    coordinates: np.ndarray
+    starts: np.ndarray
+    chosen: np.ndarray
+
+
+class Model:
+    """Every parameter that a diagnosis may free, and the residuals of lanes as a function of them.
+
+    A coordinate of an effect's strength is the strength over its typical size; that of a shape its logarithm.
+    The last coordinate is the logarithm of the level of friction in a run: it multiplies A, C and D of the
+    lanes of that run.
+    """
+
+    def __init__(self, problem: Problem, workers: int) -> None:
+        shelf = catalogue()
+        self.nominal = jax.tree.map(np.asarray, problem.hypothesis.nominal)
+        effects = effects_at_null(tuple(shelf))
+        strengths, shapes, members = {}, {}, list(problem.unknowns.members)
+        self.constants = tuple(unknown.name for unknown in members)
+        members += _rig_unknowns(problem)
+        self.rig = tuple(unknown.name for unknown in members[len(self.constants) :])
+        for key, effect in effects.items():
+            places = list(parameters(effect))
+            own = [_effect_unknown(f"{key}.{place.path[-1]}", effect, place, problem) for place in places]
+            kinds = {u.name: place.parameter for u, place in zip(own, places, strict=True)}
+            strengths[key] = tuple(name for name, kind in kinds.items() if kind.null is not None)
+            shapes[key] = tuple(name for name, kind in kinds.items() if kind.null is None and kind.typical)
+            members += own
+        self.shelf = Shelf(shelf, strengths, shapes)
+        self.members = tuple(members)
+        self.names = tuple(unknown.name for unknown in members)
+        self.level = len(members)
+        self.lower = np.array([*(_bound(u, u.lower) for u in members), -1.0])
+        self.upper = np.array([*(_bound(u, u.upper) for u in members), 1.0])
+        self.workers = workers
+        self._effects = jax.tree.map(np.asarray, effects)
+
+    def groups(self) -> list[tuple[str, ...]]:
+        """The shelf in groups of effects that share one compiled program: of one family, a few each, so that
+        an effect costs little where it is not meant."""
+        by_family: dict[str, list[str]] = {}
+        for key, effect in self.shelf.effects.items():
+            by_family.setdefault(effect.card.family, []).append(key)
+        return [
+            tuple(part.tolist())
+            for keys in by_family.values()
+            for part in np.array_split(np.array(keys), -(-len(keys) // GROUP))
+        ]
+
+    def index(self, *names: str) -> np.ndarray:
+        """The places of unknowns among the coordinates."""
+        return np.array([self.names.index(name) for name in names], int)
+
+    def of(self, key: str) -> np.ndarray:
+        """The places of an effect's unknowns, strengths first."""
+        return self.index(*self.shelf.names(key))
+
+    def origin(self, constants: dict[str, float]) -> np.ndarray:
+        """Coordinates of the nominal model: these constants, the rig as stated, effects at null and in their
+        typical shape."""
+        point = np.zeros(len(self.members) + 1)
+        for i, unknown in enumerate(self.members):
+            value = constants.get(unknown.name, unknown.centre)
+            if value is not None:
+                point[i] = unknown.to_coordinate(np.clip(value, unknown.lower, unknown.upper))
+        return np.clip(point, self.lower, self.upper)
+
+    def prior(self, coordinates: np.ndarray, index: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """Twice the negative log prior of the unknowns at `index`, half its gradient, half its curvature."""
+        members = [self.members[i] for i in index]
+        centre = np.array([0.0 if u.centre is None else float(u.to_coordinate(u.centre)) for u in members])
+        deviation = np.array([math.inf if u.deviation is None else _in_coordinates(u) for u in members])
+        miss = (coordinates[index] - centre) / deviation
+        return float(miss @ miss), miss / deviation, deviation**-2.0
+
+    def values(self, coordinates: np.ndarray, names: Sequence[str]) -> dict[str, float]:
+        """Parameters in their own units."""
+        at = self.index(*names)
+        return {self.names[i]: float(self.members[i].to_value(coordinates[i])) for i in at}
+
+    def columns(self, jobs: Sequence[Job]) -> list[Columns]:
+        """Residuals and derivatives of several jobs, all their packs shared among the cores."""
+        return [Columns(*parts) for parts in self._in_packs(_columns, jobs)]
+
+    def predict(
+        self, keys: tuple[str, ...], lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Displacement and friction as read, true velocity and friction of every lane, (lanes, samples)."""
+        none = np.full((len(lanes), COLUMNS), -1)
+        ((x, f, v, force),) = self._in_packs(_predict, [Job(keys, lanes, coordinates, starts, none)])
+        return x, f, v, force
+
+    def at(self, coordinates: np.ndarray, keys: tuple[str, ...]) -> Hypothesis:
+        """The hypothesis at these coordinates with these effects attached."""
+        hypothesis, chart, own = self._attached(keys)
+        with jax.enable_x64(True):
+            return jax.tree.map(np.asarray, chart.insert(hypothesis, jnp.asarray(coordinates[own[:-1]])))
+
+    def _attached(self, keys: tuple[str, ...]) -> tuple[Hypothesis, Chart, np.ndarray]:
+        """The nominal model with some effects attached at null, the chart of its unknowns, and where those
+        and the level are among all coordinates."""
+        hypothesis = Hypothesis(self.nominal, {key: self._effects[key] for key in keys})
+        common = (*self.constants, *self.rig)
+        own = [i for i, name in enumerate(self.names) if name in common or name.partition(".")[0] in keys]
+        chart = Chart(
+            tuple(self.names[i] for i in own),
+            tuple(self.members[i].kind == "log" for i in own),
+            np.array([self.members[i].scale for i in own]),
+        )
+        return hypothesis, chart, np.array([*own, self.level])
+
+    def _in_packs(self, program: Any, jobs: Sequence[Job]) -> list[list[np.ndarray]]:
+        tasks = [(n, first) for n, job in enumerate(jobs) for first in range(0, len(job.lanes), PACK)]
+        attached = {job.keys: self._attached(job.keys) for job in jobs}
+
+        def run(task: tuple[int, int]) -> tuple[np.ndarray, ...]:
+            job, first = jobs[task[0]], task[1]
+            hypothesis, chart, own = attached[job.keys]
+            place = np.full(len(self.members) + 2, -1)
+            place[own] = np.arange(len(own))
+            count = len(job.lanes)
+            index = np.minimum(np.arange(first, first + PACK), count - 1)
+            with jax.enable_x64(True):
+                out = program(
+                    hypothesis,
+                    chart,
+                    job.lanes.take(index),
+                    job.coordinates[np.ix_(index, own)],
+                    job.starts[index],
+                    place[job.chosen[index]],
+                )
+            return tuple(np.asarray(leaf)[: count - first] for leaf in out)
+
+        with ThreadPoolExecutor(self.workers) as pool:
+            packs = list(pool.map(run, tasks))
+        found: list[list[tuple[np.ndarray, ...]]] = [[] for _ in jobs]
+        for (number, _), pack in zip(tasks, packs, strict=True):
+            found[number].append(pack)
+        return [[np.concatenate(parts) for parts in zip(*own, strict=True)] for own in found]
+
+
+def _rig_unknowns(problem: Problem) -> list[Unknown]:
+    rig = problem.dataset.rig
+    found = []
+    for name, share in RIG_TOLERANCE.items():
+        value = getattr(rig, name)
+        if value > 0:
+            width = 2.5 * share
+            found.append(
+                Unknown(
+                    f"rig.{name}",
+                    "",
+                    value * (1 - width),
+                    value * (1 + width),
+                    "log",
+                    1.0,
+                    value,
+                    share * value,
+                )
+            )
+    return found
+
+
+def _effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Problem) -> Unknown:
+    kind = place.parameter
+    natural = size_of(kind.unit, problem.scale.force, problem.scale.displacement, problem.period)
+    if kind.null is not None:
+        scale = (kind.typical or 1.0) * natural
+        lower, upper = max(kind.lower, -FAR * scale), min(kind.upper, FAR * scale)
+        return Unknown(name, kind.unit, lower, upper, "linear", scale, 0.0, STRENGTH_FREEDOM * scale)
+    typical = kind.typical * natural if kind.typical else float(place.of(effect))
+    lower, upper = max(kind.lower, typical / 50), min(kind.upper, typical * 50)
+    centre = float(np.clip(typical, lower, upper))
+    return Unknown(name, kind.unit, lower, upper, "log", 1.0, centre, SHAPE_FREEDOM * centre)
+
+
+def _bound(unknown: Unknown, value: float) -> float:
+    return float(unknown.to_coordinate(max(value, 1e-300) if unknown.kind == "log" else value))
+
+
+def _in_coordinates(unknown: Unknown) -> float:
+    assert unknown.deviation is not None
+    if unknown.kind == "linear":
+        return unknown.deviation / unknown.scale
+    assert unknown.centre is not None
+    return unknown.deviation / unknown.centre
+
+
+def _at(hypothesis: Hypothesis, chart: Chart, coordinates: Array) -> Hypothesis:
+    """The hypothesis at these coordinates, the level of friction in."""
+    found = chart.insert(hypothesis, coordinates[:-1])
+    level = jnp.exp(coordinates[-1])
+    return eqx.tree_at(
+        lambda h: [h.nominal.friction.A, h.nominal.friction.C, h.nominal.friction.D],
+        found,
+        replace_fn=lambda value: value * level,
+    )
+
+
+@functools.partial(jax.jit, compiler_options=OPTIONS)
+def _columns(
+    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array, chosen: Array
+) -> tuple[Array, Array]:
+    def one(lane: Lanes, point: Array, start: Array, mine: Array) -> tuple[Array, Array]:
+        def residual(step: Array) -> tuple[Array, Array]:
+            moved = point.at[mine].add(jnp.where(mine >= 0, step[:COLUMNS], 0.0))
+            begin = start + step[COLUMNS:]
+            value = lane_residual(lane, lane_motion(_at(hypothesis, chart, moved), lane, begin), begin)
+            return value, value
+
+        jacobian, value = jax.jacfwd(residual, has_aux=True)(jnp.zeros(COLUMNS + 3))
+        return value, jacobian
+
+    return jax.vmap(one)(lanes, coordinates, starts, chosen)
+
+
+@functools.partial(jax.jit, compiler_options=OPTIONS)
+def _predict(
+    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array, chosen: Array
+) -> tuple[Array, Array, Array, Array]:
+    del chosen
+
+    def one(lane: Lanes, point: Array, start: Array) -> tuple[Array, Array, Array, Array]:
+        motion = lane_motion(_at(hypothesis, chart, point), lane, start)
+        return motion.displacement, motion.friction, motion.v, motion.force
+
+    return jax.vmap(one)(lanes, coordinates, starts)

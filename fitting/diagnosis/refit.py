@@ -1,0 +1,249 @@
+"""Refits: several hypotheses fitted side by side to the same lanes, every lane's start and every run's level
+of friction free."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from fitting.diagnosis.model import COLUMNS, LEVEL_TOLERANCE, Columns, Job, Model
+from fitting.lanes import Lanes
+from fitting.newton import Robust, bounded_step
+
+ITERATIONS = 14
+ENOUGH = 2e-4
+STUCK = 1e7
+GAUGE = 1e-4
+
+
+@dataclasses.dataclass(frozen=True)
+class Bench:
+    """The lanes that hypotheses are judged on, and which run each belongs to (0 .. runs - 1)."""
+
+    lanes: Lanes
+    run: np.ndarray
+
+    @property
+    def runs(self) -> int:
+        return int(self.run.max()) + 1
+
+    def dof(self) -> np.ndarray:
+        """Residuals of every lane that count, less the three of its start."""
+        return self.lanes.counted() - 3
+
+    def take(self, index: np.ndarray) -> Bench:
+        """The bench with some of the lanes; runs keep their numbers."""
+        return Bench(self.lanes.take(index), self.run[index])
+
+
+@dataclasses.dataclass(frozen=True)
+class Point:
+    """A hypothesis at work: the effects attached, coordinates of all unknowns but the level, level of every
+    run, start of every lane (lanes, 3)."""
+
+    keys: tuple[str, ...]
+    coordinates: np.ndarray
+    levels: np.ndarray
+    starts: np.ndarray
+
+    def each(self, bench: Bench) -> np.ndarray:
+        """Coordinates of every lane, its run's level the last."""
+        each = np.tile(self.coordinates, (len(bench.lanes), 1))
+        each[:, -1] = self.levels[bench.run]
+        return each
+
+
+@dataclasses.dataclass(frozen=True)
+class Refit:
+    """Where a refit ended: the point, the cost of every lane (data alone), chi-square per degree of freedom
+    with outliers weighed down, and each lane's weight. `free` are the unknowns that were fitted."""
+
+    point: Point
+    free: np.ndarray
+    cost: np.ndarray
+    misfit: float
+    weights: np.ndarray
+    iterations: int
+
+
+def refit(
+    model: Model,
+    bench: Bench,
+    points: Sequence[Point],
+    frees: Sequence[np.ndarray],
+    *,
+    iterations: int = ITERATIONS,
+    progress: Callable[[], None] = lambda: None,
+) -> list[Refit]:
+    """Levenberg-Marquardt from each point over its own free unknowns, all searches in common passes."""
+    searches = [_Search(model, bench, point, free) for point, free in zip(points, frees, strict=True)]
+    _evaluate(model, bench, searches, [search.point for search in searches], first=True)
+    for _ in range(iterations):
+        going = [search for search in searches if not search.over]
+        if not going:
+            break
+        _evaluate(model, bench, going, [search.step() for search in going], first=False)
+        progress()
+    return [search.result() for search in searches]
+
+
+def misfit_of(cost: np.ndarray, dof: np.ndarray) -> float:
+    """Chi-square per degree of freedom; lanes far above the typical one count as little as Huber lets them."""
+    return Robust.around(cost, dof).total(cost) / float(dof.sum())
+
+
+def data_cost(columns: Columns) -> np.ndarray:
+    """The cost of every lane without the prior of its start, the last three rows."""
+    data = columns.residual[:, :-3]
+    return np.einsum("lr,lr->l", data, data)
+
+
+def normal(columns: Columns) -> tuple[np.ndarray, np.ndarray]:
+    """J'r and J'J of every lane, starts last."""
+    jacobian = columns.jacobian
+    gradient = np.einsum("lrc,lr->lc", jacobian, columns.residual)
+    return gradient, jacobian.transpose(0, 2, 1) @ jacobian
+
+
+def chosen_columns(free: np.ndarray, level: int, lanes: int) -> np.ndarray:
+    """What the program differentiates by: the level of friction first, then the free unknowns."""
+    row = np.full(COLUMNS, -1)
+    row[0] = level
+    row[1 : 1 + len(free)] = free
+    return np.tile(row, (lanes, 1))
+
+
+def job(bench: Bench, point: Point, chosen: np.ndarray) -> Job:
+    """The linearisation of a bench at a point."""
+    return Job(point.keys, bench.lanes, point.each(bench), point.starts, chosen)
+
+
+def _evaluate(
+    model: Model, bench: Bench, searches: Sequence[_Search], points: Sequence[Point], *, first: bool
+) -> None:
+    """Lets every search see its point; searches with the same effects share their packs."""
+    together: dict[tuple[str, ...], list[int]] = {}
+    for number, point in enumerate(points):
+        together.setdefault(point.keys, []).append(number)
+    count = len(bench.lanes)
+    jobs = [
+        Job(
+            keys,
+            bench.lanes.take(np.tile(np.arange(count), len(numbers))),
+            np.concatenate([points[n].each(bench) for n in numbers]),
+            np.concatenate([points[n].starts for n in numbers]),
+            np.concatenate([searches[n].chosen for n in numbers]),
+        )
+        for keys, numbers in together.items()
+    ]
+    for numbers, columns in zip(together.values(), model.columns(jobs), strict=True):
+        for place, number in enumerate(numbers):
+            own = slice(place * count, (place + 1) * count)
+            part = Columns(columns.residual[own], columns.jacobian[own])
+            searches[number].see(points[number], part, first)
+
+
+class _Search:
+    """One search under way."""
+
+    def __init__(self, model: Model, bench: Bench, point: Point, free: np.ndarray) -> None:
+        self.model, self.bench, self.point, self.free = model, bench, point, free
+        self.chosen = chosen_columns(free, model.level, len(bench.lanes))
+        self.dof = bench.dof()
+        self.damping, self.cost, self.over, self.taken = 1e-3, np.inf, False, 0
+        self.lower = np.concatenate([model.lower[free], np.full(bench.runs, model.lower[-1])])
+        self.upper = np.concatenate([model.upper[free], np.full(bench.runs, model.upper[-1])])
+
+    def see(self, point: Point, columns: Columns, first: bool) -> None:
+        """Takes the point if its cost is lower."""
+        cost = np.einsum("lr,lr->l", columns.residual, columns.residual)
+        loss = Robust.around(cost, self.dof) if first else self.loss
+        total = loss.total(np.where(np.isfinite(cost), cost, 1e30)) + self._prior(point)[0]
+        if not first and not total < self.cost:
+            self.damping *= 10
+            self.over = self.damping > STUCK
+            return
+        gain = self.cost - total
+        self.point, self.lane_cost, self.data = point, cost, data_cost(columns)
+        self.gradient, self.curvature = normal(columns)
+        self.loss = Robust.around(cost, self.dof)
+        self.cost = self.loss.total(cost) + self._prior(point)[0]
+        if not first:
+            self.damping = max(0.1 * self.damping, 1e-8)
+            self.taken += 1
+            self.over = gain < ENOUGH * total
+
+    def _prior(self, point: Point) -> tuple[float, np.ndarray, np.ndarray]:
+        cost, gradient, _ = self.model.prior(point.coordinates, self.free)
+        curvature = prior_curvature(self.model, point.coordinates, self.free, self.bench.runs)
+        pull = curvature[len(self.free) :, len(self.free) :] @ point.levels
+        return cost + float(point.levels @ pull), np.concatenate([gradient, pull]), curvature
+
+    def step(self) -> Point:
+        """Where the next damped step leads; the starts are eliminated lane by lane."""
+        n, runs = len(self.free), self.bench.runs
+        own = self.curvature[:, COLUMNS:, COLUMNS:]
+        own = own * (1 + self.damping * np.eye(3))
+        used = 1 + n
+        coupling = self.curvature[:, COLUMNS:, :used]
+        solved = np.linalg.solve(own, np.concatenate([self.gradient[:, COLUMNS:, None], coupling], axis=2))
+        gradient = self.gradient[:, :used] - np.einsum("lsc,ls->lc", coupling, solved[:, :, 0])
+        curvature = self.curvature[:, :used, :used] - np.einsum("lsc,lsd->lcd", coupling, solved[:, :, 1:])
+        weights = self.loss.weights(self.lane_cost)
+        g, h = summed(gradient * weights[:, None], curvature * weights[:, None, None], self.bench)
+        _, prior_gradient, prior = self._prior(self.point)
+        at = np.concatenate([self.point.coordinates[self.free], self.point.levels])
+        step, _ = bounded_step(
+            at,
+            g + prior_gradient,
+            h + prior,
+            self.damping,
+            np.zeros(n + runs, bool),
+            self.lower,
+            self.upper,
+        )
+        reached = np.clip(at + step, self.lower, self.upper)
+        step = reached - at
+        coordinates = self.point.coordinates.copy()
+        coordinates[self.free] = reached[:n]
+        mine = np.concatenate(
+            [step[n:][self.bench.run][:, None], np.tile(step[:n], (len(self.bench.run), 1))], axis=1
+        )
+        starts = self.point.starts - solved[:, :, 0] - np.einsum("lsc,lc->ls", solved[:, :, 1:], mine)
+        return Point(self.point.keys, coordinates, reached[n:], starts)
+
+    def result(self) -> Refit:
+        return Refit(
+            self.point,
+            self.free,
+            self.data,
+            misfit_of(self.data, self.dof),
+            self.loss.weights(self.lane_cost),
+            self.taken,
+        )
+
+
+def prior_curvature(model: Model, coordinates: np.ndarray, free: np.ndarray, runs: int) -> np.ndarray:
+    """Curvature of the prior of the free unknowns and of every run's level. The levels' mean is held at zero:
+    the constants are those of the typical run."""
+    out = np.zeros((len(free) + runs, len(free) + runs))
+    n = len(free)
+    out[:n, :n] = np.diag(model.prior(coordinates, free)[2])
+    out[n:, n:] = np.eye(runs) / LEVEL_TOLERANCE**2 + 1 / (runs * GAUGE) ** 2
+    return out
+
+
+def summed(gradient: np.ndarray, curvature: np.ndarray, bench: Bench) -> tuple[np.ndarray, np.ndarray]:
+    """Gradient and curvature of the free unknowns and of every run's level, from those of lanes whose first
+    column is the level."""
+    n, runs = gradient.shape[1] - 1, bench.runs
+    g, h = np.zeros(n + runs), np.zeros((n + runs, n + runs))
+    g[:n], h[:n, :n] = gradient[:, 1:].sum(0), curvature[:, 1:, 1:].sum(0)
+    np.add.at(g[n:], bench.run, gradient[:, 0])
+    np.add.at(h, (n + bench.run, n + bench.run), curvature[:, 0, 0])
+    across = np.zeros((runs, n))
+    np.add.at(across, bench.run, curvature[:, 0, 1:])
+    h[n:, :n], h[:n, n:] = across, across.T
+    return g, h

@@ -1,0 +1,139 @@
+"""A diagnosis as diagnosis.json."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from fitting.against import against
+from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter, Shares, Where
+from fitting.result import Constant
+from jaxstick.output import OutputFolder
+from jaxstick.record import DataSet
+from jaxstick.version import version
+
+DIAGNOSIS_FILE = "diagnosis.json"
+SCHEMA = 1
+
+CHANNELS = ("displacement", "friction")
+PHASES = ("stick", "breakaway", "slip", "arrest")
+SIDES = ("mechanics", "friction", "measurement")
+
+
+def save_diagnosis(diagnosis: Diagnosis, dataset: DataSet, output: OutputFolder) -> dict[str, Any]:
+    """Writes diagnosis.json into the folder; returns what it holds."""
+    content = diagnosis_content(diagnosis, dataset)
+    output.write_json(DIAGNOSIS_FILE, content)
+    return content
+
+
+def diagnosis_content(diagnosis: Diagnosis, dataset: DataSet) -> dict[str, Any]:
+    """What diagnosis.json holds: the fixed keys, and under keys of its own what a reader may want to know."""
+    closure = diagnosis.closure
+    return {
+        "schema": SCHEMA,
+        "verdict": diagnosis.verdict,
+        "named": list(diagnosis.named),
+        "sentence": diagnosis.sentence,
+        "probabilities": dict(diagnosis.probabilities),
+        "where": _where(diagnosis.where),
+        "gap": {
+            "before": closure.before,
+            "after": closure.after,
+            "floor": closure.floor,
+            "assumed": closure.assumed,
+            "closed": closure.closed,
+            "closed_interval": list(closure.interval),
+            "placebo_closed": closure.placebo,
+            "best_wrong_closed": closure.wrong,
+            "held_out": list(closure.held_out),
+            "by_segments": closure.by_segments,
+        },
+        "effects": {
+            key: {"parameters": _parameters(parameters), "closed": closed_by(diagnosis, key)}
+            for key, parameters in diagnosis.effects.items()
+        },
+        "constants": {constant.name: constant_entry(constant) for constant in diagnosis.constants},
+        "constants_before": {
+            constant.name: constant_entry(constant) for constant in diagnosis.constants_before
+        },
+        "next_experiment": diagnosis.next_experiment,
+        "candidates": [_candidate(candidate) for candidate in diagnosis.candidates],
+        "likeness": [_likeness(pair) for pair in diagnosis.likeness],
+        "residual_force": {"sketch_n": dict(diagnosis.residual_force.sketch)},
+        "notes": list(diagnosis.notes),
+        "steps": list(diagnosis.steps),
+        "settings": {name: value for name, value in diagnosis.settings.items() if name != "workers"},
+        "seconds": diagnosis.seconds,
+        "data": {"sha256": diagnosis.sha256, "name": dataset.name},
+        "version": version(),
+    }
+
+
+def closed_by(diagnosis: Diagnosis, key: str) -> float | None:
+    """The share of the reducible gap that one effect in the model closes where nothing was fitted; the whole
+    where it is the only one, None where nobody worked it out."""
+    if key in diagnosis.closed_alone:
+        return diagnosis.closed_alone[key]
+    return diagnosis.closure.closed if tuple(diagnosis.effects) == (key,) else None
+
+
+def constant_entry(constant: Constant) -> dict[str, Any]:
+    """A constant as in fit.json."""
+    entry = {
+        "value": constant.value,
+        "low": constant.low,
+        "high": constant.high,
+        "unit": constant.unit,
+        "identifiable": constant.identifiable,
+        "standard_error": constant.standard_error,
+        "method": constant.method,
+    }
+    return against(entry, constant.assumed)
+
+
+def _where(where: Where) -> dict[str, Any]:
+    return {
+        "channel": _shares(where.channel, CHANNELS),
+        "phase": _shares(where.phase, PHASES),
+        "direction": dict(where.direction),
+        "run": dict(where.run),
+        "harmonic": dict(where.harmonic),
+        "time": dict(where.time),
+        "side": _shares(where.side, SIDES),
+        "excess": where.excess,
+        "significance": where.significance,
+    }
+
+
+def _shares(shares: Shares, names: Iterable[str]) -> dict[str, float]:
+    """The shares by name, 0 where a name has none."""
+    return {**dict.fromkeys(names, 0.0), **shares}
+
+
+def _parameters(parameters: Iterable[Parameter]) -> dict[str, dict[str, Any]]:
+    return {
+        parameter.name: {
+            "value": parameter.value,
+            "low": parameter.low,
+            "high": parameter.high,
+            "unit": parameter.unit,
+        }
+        for parameter in parameters
+    }
+
+
+def _candidate(candidate: Candidate) -> dict[str, Any]:
+    return {
+        "effects": list(candidate.keys),
+        "probability": candidate.probability,
+        "score": candidate.score,
+        "chi2_per_sample": candidate.misfit,
+        "closed_where_fitted": candidate.closed,
+        "parameters": _parameters(candidate.parameters),
+        "detection_limit": candidate.detection_limit,
+    }
+
+
+def _likeness(pair: Likeness) -> dict[str, Any]:
+    return {"effects": [pair.one, pair.other], "cosine": pair.cosine, "separation": pair.separation}

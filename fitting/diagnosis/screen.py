@@ -1,0 +1,224 @@
+"""The screening of all effects: by how much would each lower the misfit, were it let free a little?
+
+A score test (modification index) with the expected change of the strength, at a fitted hypothesis, after the
+starts, the constants, the levels and the rig's tolerance have been projected out. Source: Sorbom,
+Psychometrika 54 (1989) 371; with clusters as in Boos, The American Statistician 46 (1992) 327.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.stats import qmc
+
+from fitting.diagnosis.model import COLUMNS, Columns, Job, Model
+from fitting.diagnosis.refit import Bench, Refit, prior_curvature
+
+SHAPES = 15
+REACH = 2.5
+"""How far shapes are tried from the typical one, as a logarithm."""
+THIN = 3
+"""Other shapes are tried on one lane in so many."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Promise:
+    """What an effect promises with its shape as given (logarithms, empty for a typical one).
+
+    score: fall of chi-square; change: expected strengths, as shares of typical sizes; inflation: variance of
+    the score by clusters of lanes over that of white residuals; information: curvature of every strength.
+    """
+
+    key: str
+    shape: np.ndarray
+    score: float
+    change: np.ndarray
+    inflation: float
+    information: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True)
+class Screen:
+    """Promises, the highest score first; cosines between the effects (keys in the order of `keys`)."""
+
+    promises: tuple[Promise, ...]
+    keys: tuple[str, ...]
+    cosine: np.ndarray
+
+
+def screen(model: Model, bench: Bench, at: Refit) -> Screen:
+    """Screens every effect that is not part of the fitted hypothesis yet."""
+    names = {model.names[i].partition(".")[0] for i in at.free}
+    present = tuple(key for key in model.shelf.effects if key in names)
+    groups = [tuple(key for key in group if key not in present) for group in model.groups()]
+    groups = [group for group in groups if group]
+    base = at.free
+    common, templates = _templates(model, bench, at, groups, base, None)
+    keys = [key for group in groups for key in group]
+    table = _Table(model, bench, at, common, np.concatenate(templates, axis=2), base)
+    places = _places([len(model.shelf.strengths[key]) for key in keys])
+    found = {key: table.promise(key, place, np.zeros(0)) for key, place in zip(keys, places, strict=True)}
+    _try_shapes(model, bench, at, base, groups, found)
+    best = sorted(found.values(), key=lambda promise: -promise.score)
+    return Screen(tuple(best), tuple(keys), table.cosines(places))
+
+
+def _places(counts: Sequence[int]) -> list[np.ndarray]:
+    ends = np.cumsum(counts)
+    return [np.arange(end - count, end) for end, count in zip(ends, counts, strict=True)]
+
+
+def _try_shapes(
+    model: Model,
+    bench: Bench,
+    at: Refit,
+    base: np.ndarray,
+    groups: Sequence[tuple[str, ...]],
+    found: dict[str, Promise],
+) -> None:
+    """Replaces promises by better ones that other shapes make, tried on a part of the lanes. The shapes of
+    all effects change together, since an effect at null does not care for another's shape."""
+    shaped = [tuple(key for key in group if model.shelf.shapes[key]) for group in groups]
+    shaped = [group for group in shaped if group]
+    if not shaped:
+        return
+    few = np.arange(0, len(bench.lanes), THIN)
+    part = bench.take(few)
+    point = dataclasses.replace(at.point, starts=at.point.starts[few])
+    thin = dataclasses.replace(at, point=point, weights=at.weights[few])
+    keys = [key for group in shaped for key in group]
+    places = _places([len(model.shelf.strengths[key]) for key in keys])
+    draws = np.vstack([[0.5, 0.5], qmc.Halton(2, scramble=False).random(SHAPES + 1)[1:]])
+    shifts = REACH * (2 * draws - 1)
+    moved = []
+    for shift in shifts:
+        coordinates = at.point.coordinates.copy()
+        for key in keys:
+            own = model.index(*model.shelf.shapes[key])
+            wanted = coordinates[own] + shift[np.arange(len(own)) % 2]
+            coordinates[own] = np.clip(wanted, model.lower[own], model.upper[own])
+        moved.append(coordinates)
+    common, templates = _templates(model, part, thin, shaped, base, moved)
+    per = len(shaped)
+    tried: dict[str, list[Promise]] = {key: [] for key in keys}
+    for number, coordinates in enumerate(moved):
+        whole = np.concatenate(templates[number * per : (number + 1) * per], axis=2)
+        table = _Table(model, part, thin, common, whole, base)
+        for key, place in zip(keys, places, strict=True):
+            shape = coordinates[model.index(*model.shelf.shapes[key])]
+            tried[key].append(table.promise(key, place, shape))
+    for key, promises in tried.items():
+        best = max(promises, key=lambda promise: promise.score)
+        share = found[key].score / max(promises[0].score, 1e-12)
+        if best is not promises[0]:
+            found[key] = dataclasses.replace(best, score=max(best.score * min(share, 2.0 * THIN), 0.0))
+
+
+def _templates(
+    model: Model,
+    bench: Bench,
+    at: Refit,
+    groups: Sequence[tuple[str, ...]],
+    base: np.ndarray,
+    points: Sequence[np.ndarray] | None,
+) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Level, base unknowns and residual per lane, (lanes, rows, 1 + base + 1), and for every point and group
+    the columns of its strengths, all weighted and with the lane's start projected out."""
+    count = len(bench.lanes)
+    plan = [(at.point.keys, np.array([model.level, *base]), at.point.coordinates)]
+    for coordinates in points or [at.point.coordinates]:
+        for group in groups:
+            strengths = [model.index(*model.shelf.strengths[key]) for key in group]
+            attached = tuple(dict.fromkeys((*at.point.keys, *group)))
+            plan.append((attached, np.concatenate(strengths), coordinates))
+    jobs, owners = [], []
+    for number, (keys, wanted, coordinates) in enumerate(plan):
+        each = np.tile(coordinates, (count, 1))
+        each[:, -1] = at.point.levels[bench.run]
+        for first in range(0, len(wanted), COLUMNS):
+            chosen = np.full((count, COLUMNS), -1)
+            few = wanted[first : first + COLUMNS]
+            chosen[:, : len(few)] = few
+            jobs.append(Job(keys, bench.lanes, each, at.point.starts, chosen))
+            owners.append((number, len(few)))
+    parts: list[list[np.ndarray]] = [[] for _ in plan]
+    project = None
+    root = np.sqrt(at.weights)[:, None, None]
+    for (number, width), columns in zip(owners, model.columns(jobs), strict=True):
+        if project is None:
+            project = _Projection(columns)
+            parts[0].append(project(columns.jacobian[:, :, :width] * root))
+            residual = project(columns.residual[:, :, None] * root)
+        else:
+            parts[number].append(project(columns.jacobian[:, :, :width] * root))
+    common = np.concatenate([*parts[0], residual], axis=2)
+    return common, [np.concatenate(own, axis=2) for own in parts[1:]]
+
+
+class _Projection:
+    """Takes out of columns what a lane's start can make of them."""
+
+    def __init__(self, columns: Columns) -> None:
+        self._basis, _ = np.linalg.qr(columns.jacobian[:, :, COLUMNS:])
+
+    def __call__(self, values: np.ndarray) -> np.ndarray:
+        return values - self._basis @ (self._basis.transpose(0, 2, 1) @ values)
+
+
+class _Table:
+    """Products of the strengths' columns with one another and with the residual, the base eliminated."""
+
+    def __init__(
+        self,
+        model: Model,
+        bench: Bench,
+        at: Refit,
+        common: np.ndarray,
+        templates: np.ndarray,
+        base: np.ndarray,
+    ) -> None:
+        n, runs = len(base), bench.runs
+        own = common[:, :, : 1 + n].transpose(0, 2, 1)
+        wanted = np.concatenate([templates, common[:, :, -1:]], axis=2)
+        among, across = own @ common[:, :, : 1 + n], own @ wanted
+        curvature, coupling = np.zeros((n + runs, n + runs)), np.zeros((n + runs, wanted.shape[2]))
+        curvature[:n, :n] = among[:, 1:, 1:].sum(0)
+        np.add.at(curvature, (n + bench.run, slice(0, n)), among[:, 0, 1:])
+        curvature[:n, n:] = curvature[n:, :n].T
+        np.add.at(curvature, (n + bench.run, n + bench.run), among[:, 0, 0])
+        coupling[:n] = across[:, 1:].sum(0)
+        np.add.at(coupling, n + bench.run, across[:, 0])
+        curvature += prior_curvature(model, at.point.coordinates, base, runs)
+        curvature += np.diag(1e-12 * np.diag(curvature) + 1e-30)
+        slope = np.linalg.solve(curvature, coupling)
+        products = wanted.transpose(0, 2, 1) @ wanted
+        self.gram = products.sum(0) - coupling.T @ slope
+        by_lane = products[:, :, -1] - np.einsum("lc,ce->le", across[:, 1:, -1], slope[:n])
+        by_lane -= across[:, 0, -1][:, None] * slope[n:][bench.run]
+        self.by_lane = by_lane[:, :-1]
+
+    def promise(self, key: str, place: np.ndarray, shape: np.ndarray) -> Promise:
+        information = self.gram[np.ix_(place, place)]
+        information = information + np.diag(1e-9 * np.diag(information) + 1e-30)
+        pull = -self.gram[place, -1]
+        change = np.linalg.solve(information, pull)
+        scale = np.diag(information)
+        inflation = float(np.median(np.sum(self.by_lane[:, place] ** 2, axis=0) / scale))
+        return Promise(key, shape, float(pull @ change), change, inflation, scale)
+
+    def cosines(self, places: Sequence[np.ndarray]) -> np.ndarray:
+        """The largest cosine between any combinations of two effects' columns (canonical correlation)."""
+        roots = []
+        for place in places:
+            value, vector = np.linalg.eigh(self.gram[np.ix_(place, place)])
+            keep = value > 1e-9 * max(value.max(), 1e-300)
+            roots.append(vector[:, keep] / np.sqrt(value[keep]))
+        out = np.eye(len(places))
+        for i, one in enumerate(places):
+            for j, other in enumerate(places[:i]):
+                across = roots[i].T @ self.gram[np.ix_(one, other)] @ roots[j]
+                largest = np.linalg.svd(across, compute_uv=False).max(initial=0.0)
+                out[i, j] = out[j, i] = min(float(largest), 1.0)
+        return out

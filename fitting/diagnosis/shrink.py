@@ -1,0 +1,147 @@
+"""How far the gap shrinks, on runs or segments that took no part in choosing or fitting."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.diagnosis.findings import Closure
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import Bench, Point, Refit, misfit_of, refit
+from fitting.problem import Problem
+from jaxstick.errors import UserError
+from jaxstick.record import CONSTANTS
+
+BLOCK = 4
+"""Lanes are held out, and drawn anew, in stretches of so many."""
+DRAWS = 400
+FEWEST_RUNS = 4
+SETTLED = 8
+"""Refits of starts and levels alone take so many steps at most."""
+LEAST_REDUCIBLE = 0.02
+
+
+@dataclasses.dataclass(frozen=True)
+class Split:
+    """Which lanes are fitted and which are held out; the files held out whole (none where stretches are)."""
+
+    fitted: np.ndarray
+    held: np.ndarray
+    files: tuple[str, ...]
+
+    @property
+    def by_segments(self) -> bool:
+        return not self.files
+
+
+def split(problem: Problem, bench: Bench, hold_out: Sequence[str]) -> Split:
+    """Holds out the named runs; else every third run in the order of their
+    frequencies; with fewer than four runs, every third stretch of lanes.
+
+    Raises UserError for a name that is no run, and where nothing would be left to fit.
+    """
+    files = [signal.run.file for signal in problem.chosen]
+    unknown = [name for name in hold_out if name not in files]
+    if unknown:
+        raise UserError(f"{unknown[0]!r} is not a run of this data set; there are {', '.join(files)}.")
+    named = tuple(dict.fromkeys(hold_out))
+    if not named and len(files) >= FEWEST_RUNS:
+        order = sorted(range(len(files)), key=lambda n: problem.chosen[n].run.frequency or n)
+        named = tuple(files[n] for n in order[1::3])
+    if not named:
+        stretch = np.array([lane // BLOCK for lane in range(len(bench.run))])
+        held = np.flatnonzero(stretch % 3 == 1)
+        return Split(np.setdiff1d(np.arange(len(bench.run)), held), held, ())
+    if len(named) == len(files):
+        raise UserError("Every run is held out; at least one must be left to fit.")
+    numbers = [files.index(name) for name in named]
+    mask = np.isin(bench.run, numbers)
+    return Split(np.flatnonzero(~mask), np.flatnonzero(mask), named)
+
+
+def part(point: Point, lanes: np.ndarray) -> Point:
+    """A point with the starts of some lanes alone."""
+    return dataclasses.replace(point, starts=point.starts[lanes])
+
+
+def closure(
+    problem: Problem,
+    model: Model,
+    bench: Bench,
+    held: Split,
+    fits: dict[str, Refit],
+    starts: np.ndarray,
+    seed: int,
+) -> Closure:
+    """The gap on the held-out lanes under several fits of the others: `fits` has those called nominal and
+    named, and may have wrong and placebo.
+
+    Constants and effects stay as fitted; every lane's start and every run's level are fitted anew.
+    """
+    test = bench.take(held.held)
+    points = {name: _there(fit.point, starts[held.held], test) for name, fit in fits.items()}
+    assumed = {name: getattr(problem.dataset.assumed, name) for name in CONSTANTS}
+    if all(value is not None for value in assumed.values()):
+        point = Point((), model.origin(assumed), np.zeros(test.runs), starts[held.held])
+        points["assumed"] = point
+    nothing = np.zeros(0, int)
+    results = dict(
+        zip(
+            points,
+            refit(model, test, list(points.values()), [nothing] * len(points), iterations=SETTLED),
+            strict=True,
+        )
+    )
+    dof = test.dof()
+    gaps = {name: math.sqrt(result.misfit) for name, result in results.items()}
+    floor = min(1.0, gaps["named"])
+
+    def closed(name: str) -> float:
+        return share_closed(gaps["nominal"], gaps[name], floor)
+
+    costs = {name: results[name].cost for name in ("nominal", "named")}
+    return Closure(
+        before=gaps["nominal"],
+        after=gaps["named"],
+        floor=floor,
+        assumed=gaps.get("assumed"),
+        closed=closed("named"),
+        interval=_interval(costs["nominal"], costs["named"], dof, floor, seed),
+        placebo=closed("placebo") if "placebo" in gaps else None,
+        wrong=closed("wrong") if "wrong" in gaps else None,
+        held_out=held.files,
+        by_segments=held.by_segments,
+    )
+
+
+def share_closed(before: float, after: float, floor: float) -> float:
+    """(before - after)/(before - floor); 0 where next to nothing can be closed."""
+    reducible = before - floor
+    return (before - after) / reducible if reducible > LEAST_REDUCIBLE else 0.0
+
+
+def _there(point: Point, starts: np.ndarray, test: Bench) -> Point:
+    levels = np.zeros(test.runs)
+    known = min(len(levels), len(point.levels))
+    levels[:known] = point.levels[:known]
+    return dataclasses.replace(point, starts=starts, levels=levels)
+
+
+def _interval(
+    before: np.ndarray, after: np.ndarray, dof: np.ndarray, floor: float, seed: int
+) -> tuple[float, float]:
+    """95 % interval of the share closed, by drawing stretches of lanes anew (block bootstrap)."""
+    random = np.random.default_rng(seed)
+    blocks = np.array_split(np.arange(len(before)), max(1, len(before) // BLOCK))
+    if len(blocks) < 2:
+        blocks = [np.array([lane]) for lane in range(len(before))]
+    found = []
+    for _ in range(DRAWS):
+        drawn = np.concatenate([blocks[i] for i in random.integers(len(blocks), size=len(blocks))])
+        pair = [math.sqrt(misfit_of(cost[drawn], dof[drawn])) for cost in (before, after)]
+        found.append(share_closed(*pair, floor))
+    low, high = np.quantile(found, [0.025, 0.975])
+    return float(low), float(high)

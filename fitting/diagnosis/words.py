@@ -1,0 +1,141 @@
+"""The diagnosis in sentences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.diagnosis.attribute import Attribution
+from fitting.diagnosis.base import Ground
+from fitting.diagnosis.findings import Closure, Where
+from fitting.diagnosis.judge import Judgement
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import Bench
+from fitting.diagnosis.shrink import Split
+from fitting.problem import Problem
+
+WEAK = 3.0
+LOST = 0.05
+
+
+def sentence(model: Model, judgement: Judgement, shrunk: Closure, where: Where) -> str:
+    """The verdict in one sentence."""
+    titles = [_title(model, key) for key in judgement.named]
+    held = "segments" if shrunk.by_segments else "runs"
+    closed = f"it closes {100 * shrunk.closed:.0f} % of the reducible gap on {held} that took no part"
+    if judgement.verdict == "none":
+        return (
+            "The records agree with the simulator within their noise: no effect on the shelf is called for."
+        )
+    if judgement.verdict == "unlisted":
+        share = ", ".join(f"{100 * v:.0f} % in {name}" for name, v in _largest(where.phase, 2))
+        return (
+            f"No effect on the shelf explains the gap, which is {shrunk.before:.3g} times the noise; "
+            f"it lies {share}."
+        )
+    if judgement.verdict == "effect":
+        p = judgement.effects[judgement.named[0]]
+        return f"{titles[0]} causes the gap (probability {p:.2f}); {closed}."
+    if judgement.verdict == "several":
+        return f"{' and '.join(titles)} act together; {closed.replace('it closes', 'together they close')}."
+    return (
+        f"These records cannot tell {', '.join(titles[:-1])} from {titles[-1]}; "
+        f"{closed.replace('it closes', 'the likeliest closes')}."
+    )
+
+
+def _title(model: Model, key: str) -> str:
+    return f"{model.shelf.effects[key].card.title} ({key})"
+
+
+def _largest(parts, count: int) -> list[tuple[str, float]]:
+    return sorted(parts.items(), key=lambda part: -part[1])[:count]
+
+
+def advice(problem: Problem, model: Model, found: Attribution, bench: Bench) -> str | None:
+    """The experiment that would tell the two likeliest explanations apart; None where nothing is in doubt."""
+    judgement = found.judgement
+    if judgement.verdict == "none":
+        return None
+    if judgement.verdict in ("effect", "several"):
+        return model.shelf.effects[judgement.named[0]].card.remedy
+    singles = [e for e in found.explanations if len(e.keys) == 1]
+    if len(singles) < 2:
+        return None
+    wanted = judgement.named[:2] if judgement.verdict == "ambiguous" else ()
+    pair = [e for e in singles if e.keys[0] in wanted] if wanted else singles[:2]
+    one, other = pair[0], pair[1]
+    difference = np.abs(other.refit.cost - one.refit.cost) / np.maximum(bench.dof(), 1)
+    by_run = {n: float(difference[bench.run == n].mean()) for n in np.unique(bench.run)}
+    run = problem.chosen[max(by_run, key=lambda n: by_run[n])].run
+    regime = run.file + (f" ({run.frequency:.3g} Hz)" if run.frequency else "")
+    first, second = one.keys[0], other.keys[0]
+    return (
+        f"{first} and {second} differ most in the regime of {regime}: record it again, "
+        f"longer and at twice the amplitude; {model.shelf.effects[first].card.remedy}"
+    )
+
+
+def notes(problem: Problem, found: Attribution, where: Where, held: Split) -> tuple[str, ...]:
+    """What weakens the verdict."""
+    out = []
+    if all(signal.run.friction is None for signal in problem.chosen):
+        out.append(
+            "There is no friction channel: faults of the mechanics and of the friction law can imitate one "
+            "another, and faults of the force measurement cannot be seen."
+        )
+    if held.by_segments:
+        out.append(
+            "Too few runs to hold any out: the shrinking was measured on every third stretch of the runs "
+            "that were fitted, so nothing is said about other frequencies."
+        )
+    lost = float(np.mean(found.nominal.weights < 0.5))
+    if lost > LOST:
+        out.append(f"{100 * lost:.0f} % of the segments fit far worse than the rest and count little.")
+    if 0 < where.significance < WEAK and found.judgement.verdict != "none":
+        out.append(
+            f"The gap stands only {where.significance:.1f} standard deviations above the noise, "
+            "counted by segments."
+        )
+    best = min(e.refit.misfit for e in found.explanations)
+    if best > 1.5 and found.judgement.verdict not in ("none", "unlisted"):
+        out.append(
+            f"What is named leaves a misfit of {best:.3g} times the noise's: something else acts as well, or "
+            "the effect has another shape than on the shelf."
+        )
+    return tuple(out)
+
+
+def steps_taken(
+    problem: Problem, model: Model, found: Attribution, base: Ground, held: Split
+) -> tuple[str, ...]:
+    """How the verdict was reached."""
+    lanes = base.bench.lanes
+    samples = int(lanes.displacement.shape[1])
+    apart = ", ".join(held.files) if held.files else "every third stretch of segments"
+    tried = _count(found.screen.keys)
+    refitted = [e for e in found.explanations if len(e.keys) == 1]
+    pairs = len(found.explanations) - len(refitted)
+    out = [
+        f"{len(problem.chosen)} runs were cut into {len(base.segments)} segments of at most {samples} "
+        "samples, each with a start of its own.",
+        f"Held out: {apart}.",
+        "The nominal model was fitted with the rig free within its tolerance and the friction level free "
+        f"from run to run: misfit {found.nominal.misfit:.4g} (1 is noise).",
+        f"{tried} effects were screened and the {len(refitted)} most promising refitted.",
+    ]
+    if pairs:
+        out.append(f"{pairs} pairs were refitted.")
+    best = found.explanations[0]
+    out.append(f"The lowest misfit is that of {' with '.join(best.keys)}: {best.refit.misfit:.4g}.")
+    if math.isfinite(found.inflation):
+        out.append(
+            f"By clusters of segments, scores vary {found.inflation:.2f} times as much as white noise."
+        )
+    return tuple(out)
+
+
+def _count(items: Sequence[str]) -> int:
+    return len(items)

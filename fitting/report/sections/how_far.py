@@ -1,0 +1,44 @@
+"""How far the gap closes on what took no part, and the named effects in numbers."""
+
+from __future__ import annotations
+
+from fitting.diagnosis.save import closed_by
+from fitting.report.section import Section, Subject
+from fitting.report.sections.which import parameter_number
+from fitting.report.words import is_number, listed, number, percent, share_interval, title
+
+
+def how_far(subject: Subject) -> Section:
+    """The gap in each state, the share closed beside what an empty and a wrong effect close, parameters."""
+    diagnosis, closure = subject.diagnosis, subject.diagnosis.closure
+    gaps = [
+        ("Assumed constants", closure.assumed),
+        ("Nominal model, fitted", closure.before),
+        ("With the named effects, fitted", closure.after if diagnosis.effects else None),
+        ("Noise alone", closure.floor),
+    ]
+    closed = [
+        ("Named effects", closure.closed if diagnosis.effects else None, share_interval(*closure.interval)),
+        ("Best effect that was not named", closure.wrong, ""),
+        ("Placebo: an effect of no meaning", closure.placebo, ""),
+    ]
+    content = {
+        "gaps": [(label, number(value)) for label, value in gaps if value is not None and is_number(value)],
+        "closed": [
+            (label, percent(value), bounds)
+            for label, value, bounds in closed
+            if value is not None and is_number(value)
+        ],
+        "judged_on": listed(closure.held_out),
+        "by_segments": closure.by_segments,
+        "effects": [
+            {
+                "title": title(key, diagnosis.cards),
+                "key": key,
+                "closed": percent(closed_by(diagnosis, key)),
+                "parameters": [(found.name, parameter_number(found)) for found in parameters],
+            }
+            for key, parameters in diagnosis.effects.items()
+        ],
+    }
+    return Section("how-far", "How far the gap closes", "how_far.html", content)

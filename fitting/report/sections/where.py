@@ -1,0 +1,77 @@
+"""Where simulation and record part: shares of the excess, and the force that the nominal model lacks."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from fitting.diagnosis.findings import Diagnosis, Shares
+from fitting.plots import residual_force as panels
+from fitting.plots.diagnosis_gallery import worst_residual_run
+from fitting.report.inline_svg import draw
+from fitting.report.section import Bar, Picture, Section, Subject
+from fitting.report.words import NONE, clamped, harmonic, largest, number, percent
+
+MOST_BARS = 12
+
+
+def where(subject: Subject) -> Section:
+    """Every split of the excess, and the residual force in four pictures."""
+    diagnosis = subject.diagnosis
+    found = diagnosis.where
+    splits = (
+        ("Side", found.side),
+        ("Channel", found.channel),
+        ("Phase of motion", found.phase),
+        ("Direction", found.direction),
+        ("Run", found.run),
+        ("Harmonic of the drive", {harmonic(name): share for name, share in found.harmonic.items()}),
+    )
+    content = {
+        "within_noise": diagnosis.verdict == NONE,
+        "excess": number(found.excess),
+        "significance": number(found.significance),
+        "splits": [(title, _bars(shares)) for title, shares in splits if shares],
+        "time": _columns(found.time),
+        "pictures": _pictures(diagnosis),
+        "sketch": [(term, f"{size:+.3g}") for term, size in diagnosis.residual_force.sketch.items()],
+    }
+    return Section("where", "Where they part", "where.html", content)
+
+
+def _bars(shares: Shares) -> list[Bar]:
+    top = largest(shares)
+    shown = list(shares.items())
+    if len(shown) > MOST_BARS:
+        shown = sorted(shown, key=lambda item: -item[1])[:MOST_BARS]
+    return [
+        Bar(label, percent(share), clamped(share), strong=top is not None and label == top[0])
+        for label, share in shown
+    ]
+
+
+def _columns(shares: Shares) -> list[Bar]:
+    """One column for each stretch of the runs, the highest as high as there is room."""
+    top = max(shares.values(), default=0.0)
+    return [
+        Bar(f"stretch {place} of {len(shares)}", percent(share), clamped(share / top) if top > 0 else 0.0)
+        for place, share in enumerate(shares.values(), start=1)
+    ]
+
+
+def _pictures(diagnosis: Diagnosis) -> list[Picture]:
+    found = diagnosis.residual_force
+    if not len(found.force):
+        return []
+    run, file = worst_residual_run(diagnosis)
+    drawings = (
+        ("velocity", "Over velocity: samples, median and middle half", panels.over_velocity),
+        ("displacement", "Over displacement, by direction of motion", panels.over_displacement),
+        ("plane", "Over the plane of both: median in each cell", panels.over_plane),
+        ("time", f"Over time in {file}: median and middle half", partial(panels.over_time, run=run)),
+    )
+    return [
+        Picture(
+            words, draw(partial(panel, found=found), f"force-{kind}", f"Residual force. {words}.", height=3.0)
+        )
+        for kind, words, panel in drawings
+    ]

@@ -1,0 +1,63 @@
+"""jaxstick diagnose: where simulation and record part, which effect causes it, how far the gap closes."""
+
+from pathlib import Path
+
+import click
+
+from fitting.diagnosis.settings import DiagnosisSettings
+from jaxstick.command import DONE, common
+from jaxstick.deferred import deferred
+from jaxstick.errors import UserError
+from jaxstick.output import OutputFolder, plain
+from jaxstick.progress_bar import ProgressBar
+from jaxstick.record import DataSet, load_dataset
+from jaxstick.terminal import Terminal
+
+run_diagnosis = deferred("fitting.diagnosis.diagnose", "diagnose")
+save_diagnosis = deferred("fitting.diagnosis.save", "save_diagnosis")
+draw_diagnosis = deferred("fitting.plots.diagnosis_gallery", "draw_diagnosis")
+write_report = deferred("fitting.report.report", "write_report")
+show_diagnosis = deferred("fitting.show_diagnosis", "show_diagnosis")
+
+
+@click.command()
+@click.argument("dataset", type=click.Path(path_type=Path))
+@click.option(
+    "--out", required=True, metavar="DIR", type=click.Path(path_type=Path), help="Folder for the results."
+)
+@click.option("--overwrite", is_flag=True, help="Replace earlier results of jaxstick in DIR.")
+@click.option(
+    "--hold-out",
+    multiple=True,
+    metavar="FILE",
+    help="Keep a run for judging, besides those that rig.toml holds out.",
+)
+@common
+def diagnose(dataset: Path, out: Path, overwrite: bool, hold_out: tuple[str, ...], terminal: Terminal) -> int:
+    """Say where the simulation and the records of DATASET part, which effect causes it and how far it closes.
+
+    DIR gets report.html, diagnosis.json and plots.
+    """
+    data = load_dataset(dataset)
+    _check_held_out(data, dataset, hold_out)
+    settings = DiagnosisSettings(hold_out=hold_out, seed=terminal.seed)
+    bar = ProgressBar(terminal.progress_console())
+    with OutputFolder(out, overwrite, inputs=[dataset]) as output, bar as progress:
+        found = run_diagnosis(data, settings, progress)
+        content = save_diagnosis(found, data, output)
+        draw_diagnosis(found, data, output, progress)
+        write_report(found, data, output, progress)
+    show_diagnosis(plain(content), terminal)
+    terminal.say(f"The report is {out / 'report.html'}; results and plots lie beside it.")
+    terminal.result(content)
+    return DONE
+
+
+def _check_held_out(data: DataSet, dataset: Path, hold_out: tuple[str, ...]) -> None:
+    """Raises UserError for a run that is not there, and where none would be left to fit."""
+    files = [run.file for run in data.runs]
+    for file in hold_out:
+        if file not in files:
+            raise UserError(f"{dataset}: there is no run {file!r} to hold out; there are {', '.join(files)}.")
+    if all(run.hold_out or run.file in hold_out for run in data.runs):
+        raise UserError(f"{dataset}: with {', '.join(hold_out)} held out no run is left to fit.")

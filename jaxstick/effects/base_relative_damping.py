@@ -1,0 +1,55 @@
+"""Damping that acts between mass and base."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, ClassVar
+
+from jaxtyping import Array, Float
+
+from jaxstick.effect import AbstractEffect, Card
+from jaxstick.oscillator import Oscillator
+from jaxstick.parameter import parameter
+from jaxstick.parts.added_force import AbstractAddedForce
+from jaxstick.parts.motion import Motion, Scalar
+from jaxstick.parts.rig import AbstractRig
+
+
+class BaseRelativeDamping(AbstractEffect):
+    """Adds damping y' to the force on the mass: so much more of its total damping joins it to the base."""
+
+    card: ClassVar[Card] = Card(
+        title="Damping acts between mass and base",
+        family="mechanics",
+        symptom=(
+            "The balance of forces lacks a force in phase with the base's velocity, which grows with "
+            "frequency; the mass lags the base less than simulated."
+        ),
+        explanation=(
+            "The damping was measured on the free mass with the base at rest, which does not tell whether "
+            "the damper stands on the ground or on the moving base. On the base it drives the mass as well "
+            "as brakes it. A base record that is late by damping/k_d looks exactly the same."
+        ),
+        remedy=(
+            "Find out by construction where the damping arises (the drive spring, the joint, the air). "
+            "Check the timing of the base channel with a pulse common to all channels."
+        ),
+        source=(
+            "Hundal, Response of a base excited system with Coulomb and viscous friction, J. Sound Vib. 64 "
+            "(1979) 371."
+        ),
+    )
+    damping: Float[Array, ""] | float = parameter(
+        "N s/m", "damping between mass and base beyond what is stated", null=0.0, typical=0.01, default=0.0
+    )
+
+    def attach(self, oscillator: Oscillator) -> Oscillator:
+        return dataclasses.replace(oscillator, rig=_Coupled(oscillator.rig, self.damping))
+
+
+class _Coupled(AbstractAddedForce):
+    inner: AbstractRig
+    damping: Scalar
+
+    def added(self, memory: Any, motion: Motion) -> Scalar:
+        return self.damping * motion.y_rate

@@ -1,0 +1,64 @@
+"""A wrong scale of the displacement channel."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, ClassVar
+
+from jaxtyping import Array, Float
+
+from jaxstick.effect import AbstractEffect, Card
+from jaxstick.oscillator import Oscillator
+from jaxstick.parameter import parameter
+from jaxstick.parts.instrument import AbstractInstrument, Past, Reading
+from jaxstick.parts.motion import Motion, Scalar
+
+
+class DisplacementGain(AbstractEffect):
+    """The displacement is recorded as (1 + gain) x."""
+
+    card: ClassVar[Card] = Card(
+        title="Scale of the displacement channel is wrong",
+        family="measurement",
+        symptom="The recorded displacement is larger or smaller than the simulated one by the same "
+        "percentage in every run and phase, while the force fits.",
+        explanation=(
+            "The calibration factor of the displacement transducer is wrong, or the transducer is mounted at "
+            "an angle or on a lever. With free constants the friction law adapts its B and D; mass, damping "
+            "and stiffness would have to change together. A wrong scale of the force does the same to the "
+            "balance of forces, and only a static calibration of one of the two tells them apart."
+        ),
+        remedy="Calibrate the transducer with gauge blocks or a micrometer over the whole stroke, in the "
+        "place where it is mounted.",
+        source="E. O. Doebelin, Measurement Systems: Application and Design, 5th ed., McGraw-Hill 2004, on "
+        "static calibration.",
+    )
+    gain: Float[Array, ""] | float = parameter(
+        "1",
+        "relative error of the displacement scale",
+        lower=-0.5,
+        upper=0.5,
+        null=0.0,
+        typical=0.02,
+        default=0.0,
+    )
+
+    def attach(self, oscillator: Oscillator) -> Oscillator:
+        return dataclasses.replace(
+            oscillator, instrument=_ScaledDisplacement(oscillator.instrument, self.gain)
+        )
+
+
+class _ScaledDisplacement(AbstractInstrument):
+    inner: AbstractInstrument
+    gain: Scalar
+
+    def initial(self, motion: Motion, friction: Scalar, past: Past) -> Any:
+        return self.inner.initial(motion, friction, past)
+
+    def advance(self, state: Any, motion: Motion, friction: Scalar, step: Scalar) -> Any:
+        return self.inner.advance(state, motion, friction, step)
+
+    def read(self, state: Any, motion: Motion, friction: Scalar) -> Reading:
+        reading = self.inner.read(state, motion, friction)
+        return reading._replace(displacement=(1 + self.gain) * reading.displacement)

@@ -1,0 +1,89 @@
+"""Static friction that grows while the contact rests."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, ClassVar
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxstick.effect import AbstractEffect, Card
+from jaxstick.oscillator import Oscillator
+from jaxstick.parameter import parameter
+from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction
+from jaxstick.parts.motion import Scalar
+
+
+class DwellStrengthening(AbstractEffect):
+    """Multiplies the limit of the contact by 1 + growth ln(1 + age/cutoff).
+
+    The age [s] runs while the contact sticks; sliding by `distance` brings it down to 1/e.
+    """
+
+    card: ClassVar[Card] = Card(
+        title="Static friction grows with the time of rest",
+        family="friction",
+        symptom=(
+            "The force at breakaway is the higher the longer the stop before it, by equal steps for equal "
+            "ratios of time, in both directions; slip itself is as the law says."
+        ),
+        explanation=(
+            "At rest the asperities creep into each other and bonds form, so the real area of contact grows "
+            "with the logarithm of time. Slow runs with long stops break away harder than fast ones."
+        ),
+        remedy=(
+            "Compare runs whose stops differ in length by ten or more, at one amplitude and then at "
+            "another: if the rate of loading rather than time sets the force, amplitude matters as well."
+        ),
+        source=(
+            "Rabinowicz, The intrinsic variables affecting the stick-slip process, Proc. Phys. Soc. 71 "
+            "(1958) 668; Dieterich, Time-dependent friction in rocks, J. Geophys. Res. 77 (1972) 3690."
+        ),
+    )
+    growth: Float[Array, ""] | float = parameter(
+        "1",
+        "relative growth of static friction for every e-fold of rest",
+        lower=0.0,
+        upper=1.0,
+        null=0.0,
+        typical=0.03,
+        default=0.0,
+    )
+    cutoff: Float[Array, ""] | float = parameter(
+        "s", "time of rest from which on friction grows", lower=1e-6, typical=0.05, default=0.01
+    )
+    distance: Float[Array, ""] | float = parameter(
+        "m", "distance of slip that takes the growth away", lower=1e-9, typical=2e-3, default=2e-5
+    )
+
+    def attach(self, oscillator: Oscillator) -> Oscillator:
+        contact = oscillator.contact
+        ageing = _Ageing(contact.k1, contact, self.growth, 1 / self.cutoff, 1 / self.distance)
+        return dataclasses.replace(oscillator, contact=ageing)
+
+
+class _Ageing(AbstractContact):
+    """State: that of `inner`, the age of the contact [s]."""
+
+    k1: Scalar
+    inner: AbstractContact
+    growth: Scalar
+    per_time: Scalar
+    per_distance: Scalar
+
+    def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
+        age = approach.rest
+        friction, inner = self.inner.initial(approach, self._aged(age, traction))
+        return friction, (inner, age)
+
+    def grip(self, state: Any, passage: Passage, traction: Traction) -> Grip:
+        inner, age = state
+        grip = self.inner.grip(inner, passage, self._aged(age, traction))
+        renewed = self.per_distance * jnp.abs(passage.slide) * grip.slip
+        age = (age + passage.step * (1 - grip.slip)) / (1 + renewed)
+        return grip._replace(state=(grip.state, age))
+
+    def _aged(self, age: Scalar, traction: Traction) -> Traction:
+        factor = 1 + self.growth * jnp.log1p(self.per_time * age)
+        return traction._replace(limit=lambda rate, sense: traction.limit(rate, sense) * factor)

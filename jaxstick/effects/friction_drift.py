@@ -1,0 +1,52 @@
+"""Friction that drifts in the course of a run."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import ClassVar
+
+from jaxtyping import Array, Float
+
+from jaxstick.effect import AbstractEffect, Card
+from jaxstick.oscillator import Oscillator
+from jaxstick.parameter import parameter
+from jaxstick.parts.friction import AbstractFriction
+from jaxstick.parts.motion import Motion, Scalar
+from jaxstick.parts.scaled_friction import AbstractScaledFriction
+
+
+class FrictionDrift(AbstractEffect):
+    """Multiplies the law by 1 + rate t, t the run's own time [s], at t = 0 the law as it is."""
+
+    card: ClassVar[Card] = Card(
+        title="Friction drifts during a run",
+        family="friction",
+        symptom=(
+            "Both plateaus of the friction force move apart (or together) steadily from the first cycle to "
+            "the last; the zero between them stays where it is."
+        ),
+        explanation=(
+            "The surfaces change while they are tested: they run in, polish, warm up, lose lubricant or "
+            "collect wear particles. A drift of the force sensor moves both plateaus the same way and is "
+            "another matter."
+        ),
+        remedy=(
+            "Run in before recording, control the temperature, keep runs short or wait until the level no "
+            "longer moves; repeat the first run at the end."
+        ),
+        source="Blau, On the nature of running-in, Tribology International 38 (2005) 1007.",
+    )
+    rate: Float[Array, ""] | float = parameter(
+        "1/s", "relative change of friction in a second", null=0.0, typical=1e-3, default=0.0
+    )
+
+    def attach(self, oscillator: Oscillator) -> Oscillator:
+        return dataclasses.replace(oscillator, friction=_Drifting(oscillator.friction, self.rate))
+
+
+class _Drifting(AbstractScaledFriction):
+    inner: AbstractFriction
+    rate: Scalar
+
+    def excess(self, motion: Motion) -> Scalar:
+        return self.rate * motion.t

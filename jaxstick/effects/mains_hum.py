@@ -1,0 +1,65 @@
+"""Hum of the mains on the force channel."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, ClassVar
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxstick.effect import AbstractEffect, Card
+from jaxstick.oscillator import Oscillator
+from jaxstick.parameter import parameter
+from jaxstick.parts.force_link import AbstractForceLink
+from jaxstick.parts.instrument import AbstractInstrument
+from jaxstick.parts.motion import Motion, Scalar
+
+
+class MainsHum(AbstractEffect):
+    """The force is recorded as F + cosine cos(2 pi frequency t) + sine sin(2 pi frequency t).
+
+    It acts on the force channel: the millivolts of a strain gauge bridge pick up what the volts of a
+    displacement transducer, demodulated from a carrier, do not.
+    """
+
+    card: ClassVar[Card] = Card(
+        title="Mains hum on the force channel",
+        family="measurement",
+        symptom="The recorded force carries a line at 50 or 60 Hz, of the same height in stick and in slip "
+        "and in every run, whatever the frequency of the excitation.",
+        explanation=(
+            "The leads of the gauge bridge form a loop in the magnetic field of transformers and motors, or "
+            "bridge and amplifier are earthed at two points. The hum rides on the signal and is not in the "
+            "motion. Its phase differs from run to run, since no run starts in step with the mains."
+        ),
+        remedy="Twist and shield the leads, earth the shield at one end, keep it away from the drive's "
+        "inverter; use a carrier-frequency amplifier; or take the line out of the record.",
+        source="H. W. Ott, Electromagnetic Compatibility Engineering, Wiley 2009, on cabling and grounding.",
+    )
+    cosine: Float[Array, ""] | float = parameter(
+        "N", "part of the hum in step with the start of the run", null=0.0, typical=0.01, default=0.0
+    )
+    sine: Float[Array, ""] | float = parameter(
+        "N", "part of the hum a quarter period later", null=0.0, typical=0.01, default=0.0
+    )
+    frequency: Float[Array, ""] | float = parameter(
+        "Hz", "frequency of the mains", lower=45.0, upper=65.0, default=50.0
+    )
+
+    def attach(self, oscillator: Oscillator) -> Oscillator:
+        return dataclasses.replace(
+            oscillator,
+            instrument=_HummingForce(oscillator.instrument, self.cosine, self.sine, self.frequency),
+        )
+
+
+class _HummingForce(AbstractForceLink):
+    inner: AbstractInstrument
+    cosine: Scalar
+    sine: Scalar
+    frequency: Scalar
+
+    def passed(self, own: Any, motion: Motion, friction: Scalar) -> Scalar:
+        angle = 2 * jnp.pi * self.frequency * motion.t
+        return friction + self.cosine * jnp.cos(angle) + self.sine * jnp.sin(angle)

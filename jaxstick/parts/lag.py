@@ -1,0 +1,76 @@
+"""Lags of first and second order, followed exactly while their input changes linearly over a step."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+
+from jaxstick.parts.motion import Scalar
+
+FASTEST = 50.0
+"""A step of more time constants than this is as good as endless: exp(-50) is below rounding."""
+
+SLIGHTEST = 1e-3
+"""The least curvature of a lag: below it the second pole is a thousand times faster than the first."""
+
+
+class Lag(NamedTuple):
+    """What leaves a lag, its rate times the lag's time, and what enters it, all in the unit of the input."""
+
+    level: Scalar
+    swing: Scalar
+    entering: Scalar
+
+
+def settled(value: Scalar, change: Scalar) -> Lag:
+    """A lag behind an input that is `value` now and has long been changing by `change` in the lag's time."""
+    return Lag(value - change, change, value)
+
+
+def lagged(lag: Lag, value: Scalar, step: Scalar, time: Scalar, curvature: Scalar) -> Lag:
+    """The lag one step later [s], the input having changed linearly to `value`.
+
+        level + time level' + curvature time^2 level'' = input
+
+    A curvature near 0 is one lag of first order, 1/4 two equal ones, 1/2 Butterworth's filter of second
+    order; 1/(4 zeta^2) is an oscillator of damping ratio zeta. The solution is that of the differential
+    equation, so no step is too long; as the time goes to 0 the lag vanishes, and its derivative with respect
+    to the time is the rate of the input over the step.
+    """
+    curvature = jnp.maximum(curvature, SLIGHTEST)
+    drift = time * (value - lag.entering) / step
+    gap = lag.level - lag.entering + drift
+    rush = lag.swing - drift
+    span = step / jnp.maximum(time, step / FASTEST)
+
+    slope = 1 / (2 * curvature)
+    spread = jnp.sqrt(jnp.maximum(jnp.abs(1 - 4 * curvature), 1e-8))
+    slow = jnp.exp(-2 * span / (1 + spread))
+    fast = jnp.exp(-slope * span * (1 + spread))
+    decay, angle = jnp.exp(-slope * span), slope * span * spread
+    real = curvature < 0.25
+    even = jnp.where(real, (slow + fast) / 2, decay * jnp.cos(angle))
+    odd = jnp.where(real, (slow - fast) / 2, decay * jnp.sin(angle)) / (slope * spread)
+    return Lag(
+        value - drift + even * gap + odd * (rush + slope * gap),
+        drift + even * rush - odd * (slope * rush + gap / curvature),
+        value,
+    )
+
+
+class Trail(NamedTuple):
+    """What leaves a lag of first order, and what enters it, in the unit of the input."""
+
+    level: Scalar
+    entering: Scalar
+
+
+def trailed(trail: Trail, value: Scalar, step: Scalar, time: Scalar) -> Trail:
+    """A lag of first order one step later [s], the input having changed linearly to `value`:
+
+    level + time level' = input
+    """
+    drift = time * (value - trail.entering) / step
+    decay = jnp.exp(-step / jnp.maximum(time, step / FASTEST))
+    return Trail(value - drift + decay * (trail.level - trail.entering + drift), value)

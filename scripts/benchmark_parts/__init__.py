@@ -1,0 +1,1 @@
+"""The parts of `scripts/benchmark.py`: the lanes, the solvers, the clock."""

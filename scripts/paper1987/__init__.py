@@ -1,0 +1,1 @@
+"""The 1987 paper computed again: its conditions, its figures' counterparts, its claims."""

@@ -1,0 +1,131 @@
+"""The truth generator against the event-driven reference, and every effect's null."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fitting.blind.formulation import Formulation
+from fitting.blind.friction_effects import FRICTION
+from fitting.blind.march import march, start_state
+from fitting.blind.measurement_effects import MEASUREMENT
+from fitting.blind.mechanics_effects import MECHANICS
+from fitting.blind.menu import FAMILIES, LISTED, STRANGE, formulation
+from fitting.blind.physics import Elements, Physics
+from fitting.blind.recipe import Chosen, Recipe, recipe_from
+from fitting.blind.truth import noise_free
+from fitting.blind.unlisted_effects import UNLISTED
+from jaxstick.catalogue import catalogue
+from jaxstick.parameter import parameters
+from tests.fitting.blind.small import tiny_rig
+from tests.reference import loaded, rig1987
+
+PERIOD = 1.0 / rig1987.NATURAL_FREQUENCY
+EVERY = (*FRICTION, *MECHANICS, *MEASUREMENT, *UNLISTED)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "viscous", "against"),
+    [(0.326, 0.002, "ground"), (0.109, 4.0, "ground"), (0.6, 2.0, "ground"), (0.326, 1.0, "base")],
+)
+def test_it_follows_the_event_driven_reference(ratio, viscous, against):
+    share = 1.0 if against == "ground" else 0.6
+    rig, drive = rig1987.rig(), rig1987.drive(ratio)
+    rig = replace(
+        rig,
+        D=viscous,
+        drive_stiffness=share * rig.stiffness,
+        drive_damping=1.0,
+        friction_against=against,
+    )
+    count, steps = 300, 40
+    reference = loaded.simulate(rig, drive, np.arange(count + 1) * PERIOD / 100, x0=1e-3)
+    physics = Physics(
+        mass=rig.mass,
+        stiffness=rig.stiffness,
+        drive_stiffness=share * rig.stiffness,
+        damping=rig.damping,
+        drive_damping=1.0,
+        against_base=float(against == "base"),
+        amplitude=drive.base_amplitude,
+        omega=2.0 * np.pi * drive.frequency,
+        A=rig.A,
+        B=rig.B,
+        C=rig.C,
+        D=viscous,
+        k1=rig.k1,
+    ).record()
+    out = np.empty((count, 5))
+    state = start_state(physics, 1e-3, 0.0, 0.0)
+    interval = PERIOD / 100 / steps
+    march(physics, Elements().array(), np.ones(1), 0.0, 1.0, state, 0.0, interval, steps, count, out, True)
+    stroke = np.ptp(reference.x) / 2
+    assert np.abs(out[:, 0] - reference.x[1:]).max() < 1e-5 * stroke
+    assert np.sqrt(np.mean((out[:, 2] - reference.F[1:]) ** 2)) < 1e-4 * rig.static_friction
+
+
+def channels(recipe: Recipe, effect: Formulation, strength: float, shape) -> np.ndarray:
+    """The channels of both runs after one another, each in units of its own size."""
+    chosen = Chosen(key=effect.key, version=effect.version, strength=strength, shape=shape)
+    rows = []
+    for index in range(len(recipe.runs)):
+        seen = noise_free(replace(recipe, effects=(chosen,)), index)
+        rows.append(np.stack([seen.displacement, seen.friction, seen.base]))
+    return np.concatenate(rows, axis=1)
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return tiny_rig()
+
+
+@pytest.mark.parametrize("effect", EVERY, ids=lambda effect: f"{effect.key}-{effect.version}")
+def test_an_effect_acts_and_fades_with_its_strength(rig, effect):
+    recipe, scales = rig
+    random = np.random.default_rng(5)
+    shape = effect.shape(scales, random)
+    without = np.concatenate(
+        [
+            np.stack([one.displacement, one.friction, one.base])
+            for one in (noise_free(recipe, index) for index in range(len(recipe.runs)))
+        ],
+        axis=1,
+    )
+    size = np.array([scales.stroke, scales.force, scales.base])[:, None]
+    strong = np.abs(channels(recipe, effect, effect.most(scales), shape) - without) / size
+    faint = np.abs(channels(recipe, effect, 1e-4 * effect.most(scales), shape) - without) / size
+    assert np.isfinite(strong).all()
+    acts = strong.max(axis=1) > 1e-6
+    assert acts.any()
+    assert faint.mean() < 0.02 * strong.mean()
+    only = {"force": [False, True, False], "displacement": [True, False, False], "base": [False, False, True]}
+    if FAMILIES.get(effect.key) == "measurement":
+        channel = "force" if effect.key == "mains_hum" else effect.key.partition("_")[0]
+        assert acts.tolist() == only[channel]
+
+
+def test_every_listed_effect_has_both_forms():
+    assert len(LISTED) == 36
+    assert len(STRANGE) >= 8
+    assert set(LISTED) <= set(catalogue())
+    for key in LISTED:
+        assert formulation(key, "A").version == "A"
+        assert formulation(key, "B").version == "B"
+
+
+@pytest.mark.parametrize("key", LISTED)
+def test_answers_name_the_parameters_as_the_catalogue_does(key):
+    effect, (_, scales) = formulation(key, "A"), tiny_rig()
+    named = effect.described(effect.typical(scales), effect.shape(scales, np.random.default_rng(1)))
+    known = {place.path[-1]: place.parameter for place in parameters(catalogue()[key]())}  # pyright: ignore[reportCallIssue]
+    assert set(named) <= set(known)
+    for name, entry in named.items():
+        assert entry["unit"] == known[name].unit
+        assert known[name].lower <= float(entry["value"]) <= known[name].upper
+
+
+def test_a_recipe_survives_being_written_down():
+    recipe, _ = tiny_rig(tier="C")
+    assert recipe_from(recipe.plain()) == recipe

@@ -1,0 +1,1 @@
+"""Tests of the diagnosis, its report and its files."""

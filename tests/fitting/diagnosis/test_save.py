@@ -1,0 +1,107 @@
+"""diagnosis.json keeps to the fixed interface."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import pytest
+
+from fitting.diagnosis.save import closed_by, diagnosis_content, save_diagnosis
+from jaxstick.catalogue import catalogue
+from jaxstick.output import OutputFolder, to_json
+from tests.fitting.diagnosis.fabricated import RIVAL, TRUTH, nothing_found, silent
+
+FIXED = {
+    "schema",
+    "verdict",
+    "named",
+    "probabilities",
+    "where",
+    "gap",
+    "effects",
+    "constants",
+    "constants_before",
+    "next_experiment",
+    "data",
+    "version",
+}
+
+
+@pytest.fixture(scope="module")
+def content(diagnosis, dataset, tmp_path_factory):
+    out = tmp_path_factory.mktemp("saved") / "out"
+    with OutputFolder(out) as output:
+        save_diagnosis(diagnosis, dataset, output)
+    return json.loads((out / "diagnosis.json").read_text(encoding="utf-8"), parse_constant=pytest.fail)
+
+
+def test_the_fixed_keys(content):
+    assert set(content) > FIXED
+    assert content["schema"] == 1 and content["verdict"] == "effect" and content["named"] == [TRUTH]
+    assert set(content["data"]) >= {"sha256"} and len(content["data"]["sha256"]) == 64
+    assert set(content["gap"]) >= {
+        "before",
+        "after",
+        "floor",
+        "closed",
+        "closed_interval",
+        "held_out",
+        "assumed",
+    }
+    low, high = content["gap"]["closed_interval"]
+    assert low < content["gap"]["closed"] < high
+    assert content["gap"]["held_out"] == ["run-03.csv", "run-06.csv"]
+    for extra in ("candidates", "likeness", "steps", "notes", "sentence", "seconds"):
+        assert extra in content
+
+
+def test_probabilities_are_of_the_whole_shelf_and_sum_to_one(content):
+    assert set(content["probabilities"]) == {"none", "unlisted", *catalogue()}
+    assert sum(content["probabilities"].values()) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_each_group_of_shares_sums_to_one(content):
+    where = content["where"]
+    assert set(where["channel"]) == {"displacement", "friction"}
+    assert set(where["phase"]) == {"stick", "breakaway", "slip", "arrest"}
+    assert set(where["side"]) == {"mechanics", "friction", "measurement"}
+    for group in ("channel", "phase", "run", "harmonic", "side", "direction", "time"):
+        assert sum(where[group].values()) == pytest.approx(1.0, abs=1e-12), group
+
+
+def test_effects_and_constants(content, diagnosis):
+    effect = content["effects"][TRUTH]
+    assert effect["closed"] == content["gap"]["closed"]
+    assert effect["parameters"]["dry"] == {"value": 0.1181, "low": 0.1162, "high": 0.1203, "unit": "1"}
+    assert effect["parameters"]["viscous"]["low"] is None
+    for group in ("constants", "constants_before"):
+        assert list(content[group]) == ["A", "B", "C", "D", "k1"]
+        for entry in content[group].values():
+            assert {"value", "low", "high", "unit", "assumed", "identifiable"} <= set(entry)
+            assert entry["identifiable"] is (entry["low"] is not None and entry["high"] is not None)
+    assert content["constants_before"]["B"]["value"] != content["constants"]["B"]["value"]
+
+
+def test_what_is_not_recorded_has_no_share(diagnosis, dataset):
+    where = diagnosis_content(silent(diagnosis), dataset)["where"]
+    assert where["channel"] == {"displacement": 1.0, "friction": 0.0}
+
+
+def test_numbers_that_are_not_finite_are_null(diagnosis, dataset):
+    content = json.loads(to_json(diagnosis_content(nothing_found(diagnosis), dataset)))
+    assert content["gap"]["closed"] is None and content["gap"]["closed_interval"] == [None, None]
+    assert content["effects"] == {} and content["next_experiment"] is None and content["named"] == []
+    assert content["gap"]["assumed"] == 14.2
+
+
+def test_the_share_that_one_of_several_closes(diagnosis):
+    both = dataclasses.replace(diagnosis, effects={**diagnosis.effects, RIVAL: ()})
+    assert closed_by(both, TRUTH) is None
+    known = dataclasses.replace(both, closed_alone={TRUTH: 0.6, RIVAL: 0.3})
+    assert (closed_by(known, TRUTH), closed_by(known, RIVAL)) == (0.6, 0.3)
+    assert closed_by(diagnosis, TRUTH) == diagnosis.closure.closed
+
+
+def test_the_number_of_threads_is_nobodys_business(content):
+    assert content["settings"] == {"hold_out": ["run-03.csv", "run-06.csv"], "seed": 0}

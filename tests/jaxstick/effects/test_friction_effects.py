@@ -1,0 +1,354 @@
+"""The friction effects against closed forms and against the law written out in numpy."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxstick.hypothesis import effects_at_null
+from jaxstick.nominal import nominal
+from jaxstick.oscillator import Oscillator, Start
+from jaxstick.parameter import replace
+from jaxstick.parts.contact import Approach, LoadedContact, Passage, SmoothContact, Traction
+from jaxstick.parts.drive import AbstractDrive, Excitation, RecordedDrive, SineDrive
+from jaxstick.parts.friction import ExponentialFriction
+from jaxstick.parts.rig import Rig
+from jaxstick.simulate import Grid, march, simulate
+from tests.jaxstick.rig1987_runs import RIG, constants
+
+A, B, C, D, K1 = 2.0, 40.0, 6.0, 3.0, 1e5
+LAW = ExponentialFriction(A, B, C, D)
+STATIC = A + C
+DRIVE = SineDrive(1.5, 10.325e-3)
+NOMINAL = nominal(RIG, dataclasses.replace(constants(0.86), A=A, B=B, C=C, D=D, k1=K1), DRIVE)
+
+
+def with_effect(oscillator: Oscillator, key: str, **values: float) -> Oscillator:
+    return replace(effects_at_null((key,))[key], values).attach(oscillator)
+
+
+def simulated(oscillator: Oscillator) -> Any:
+    run = simulate(oscillator, samples=2000, interval=1e-3, steps_per_sample=10)
+    return jax.tree.map(np.asarray, run)
+
+
+def slipping(run: Any) -> np.ndarray:
+    """Samples well inside slip: the stuck mass rings at up to 0.016 m/s."""
+    return np.abs(np.asarray(run.v)) > 0.1
+
+
+def law(speed: np.ndarray) -> np.ndarray:
+    return A * np.exp(-B * speed) + C + D * speed
+
+
+WAVE = 2 * math.pi / 4e-3
+
+FACTORS: dict[str, tuple[dict[str, float], Callable[[Any], np.ndarray]]] = {
+    "position_dependent_friction": ({"gradient": 12.0}, lambda run: 12.0 * run.x),
+    "periodic_track": (
+        {"cosine": 0.1, "sine": -0.2, "wavelength": 4e-3},
+        lambda run: 0.1 * np.cos(WAVE * run.x) - 0.2 * np.sin(WAVE * run.x),
+    ),
+    "load_variation": (
+        {"in_phase": 0.1, "quadrature": 0.05},
+        lambda run: 0.1 * np.sin(3 * math.pi * run.time) + 0.05 * np.cos(3 * math.pi * run.time),
+    ),
+    "friction_drift": ({"rate": 0.2}, lambda run: 0.2 * run.time),
+}
+
+
+@pytest.mark.parametrize("key", FACTORS)
+def test_a_factor_multiplies_the_whole_law(key: str) -> None:
+    values, excess = FACTORS[key]
+    run = simulated(with_effect(NOMINAL, key, **values))
+    slip = slipping(run)
+    assert slip.sum() > 300
+    expected = -np.sign(run.v) * law(np.abs(run.v)) * (1 + excess(run))
+    assert np.abs(run.force - expected)[slip].max() < 2e-3 * STATIC
+    assert np.abs(excess(run)[slip]).max() > 0.05
+
+
+def test_the_two_directions_differ_by_their_own_shares() -> None:
+    run = simulated(with_effect(NOMINAL, "asymmetric_friction", dry=0.1, viscous=0.3))
+    slip, sign, speed = slipping(run), np.sign(run.v), np.abs(run.v)
+    dry = (A * np.exp(-B * speed) + C) * (1 + 0.1 * sign)
+    expected = -sign * (dry + D * speed * (1 + 0.3 * sign))
+    assert np.abs(run.force - expected)[slip].max() < 2e-3 * STATIC
+
+
+@pytest.mark.parametrize("excess", [-0.5, 1.0])
+def test_the_stribeck_curve_takes_another_exponent(excess: float) -> None:
+    reference = 0.03
+    run = simulated(with_effect(NOMINAL, "stribeck_shape", excess=excess, reference=reference))
+    speed = np.abs(run.v)
+    decay = (B * reference**-excess) ** (1 / (1 + excess))
+    dry = A * np.exp(-((decay * speed) ** (1 + excess))) + C
+    slow = (speed > 0.05) & (speed < 0.3)
+    assert slow.sum() > 50
+    assert np.abs(run.force + np.sign(run.v) * (dry + D * speed))[slow].max() < 2e-3 * STATIC
+    assert np.abs(dry + D * speed - law(speed))[slow].max() > 0.02 * STATIC
+
+
+def test_load_follows_a_recorded_base_by_its_own_amplitude() -> None:
+    """A sine given by samples varies the load as the sine itself does, at any amplitude and frequency."""
+    times = np.arange(0.0, 2.0, 2e-3)
+    turns = 3 * math.pi * times
+    recorded = RecordedDrive.through(0.0, 2e-3, base=10.325e-3 * np.sin(turns))
+    assert list(recorded.extent()) == pytest.approx(list(DRIVE.extent()), rel=2e-3)
+    rates = [
+        simulated(
+            with_effect(
+                dataclasses.replace(NOMINAL, drive=drive), "load_variation", in_phase=0.1, quadrature=0.1
+            )
+        ).force
+        for drive in (recorded, DRIVE)
+    ]
+    assert np.abs(rates[0] - rates[1]).max() < 5e-3 * STATIC
+
+
+def test_load_follows_the_force_where_the_base_stands_still() -> None:
+    drive = SineDrive(1.5, 0.0, 20.0)
+    run = simulated(with_effect(dataclasses.replace(NOMINAL, drive=drive), "load_variation", in_phase=0.1))
+    slip = slipping(run)
+    expected = law(np.abs(run.v)) * (1 + 0.1 * np.sin(3 * math.pi * run.time))
+    assert slip.sum() > 100
+    assert np.abs(np.abs(run.force) - expected)[slip].max() < 2e-3 * STATIC
+
+
+class Still(AbstractDrive):
+    """No excitation at all."""
+
+    def at(self, t):
+        nothing = jnp.zeros_like(jnp.asarray(t))
+        return Excitation(nothing, nothing, nothing, nothing)
+
+    def extent(self):
+        return SineDrive(0.0).extent()
+
+
+def free(law: ExponentialFriction, k1: float = K1, drive: AbstractDrive | None = None) -> Oscillator:
+    """A mass of 2 kg without springs."""
+    return Oscillator(Rig(2.0, 0.0, 0.0), drive or Still(), law, LoadedContact(k1))
+
+
+def contact_of(key: str, contact=None, **values: float):
+    rig = free(LAW)
+    return with_effect(
+        rig if contact is None else dataclasses.replace(rig, contact=contact), key, **values
+    ).contact
+
+
+def dragged(contact, path: np.ndarray, step: float, rest: float = 0.0) -> np.ndarray:
+    """The friction force on a slider that is led along `path` [m] from an unloaded contact, node by node."""
+    traction = Traction(
+        lambda rate, direction: A * jnp.exp(-B * jnp.abs(rate)) + C, lambda rate, direction: jnp.asarray(0.0)
+    )
+
+    @jax.jit
+    def forces(path):
+        friction, state = contact.initial(Approach(jnp.asarray(0.0), jnp.asarray(0.0), rest), traction)
+        slides = jnp.diff(path)
+        rates = jnp.concatenate([(slides[1:] + slides[:-1]) / 2, slides[-1:]]) / step
+
+        def one(state, given):
+            slide, rate = given
+            passage = Passage(jnp.asarray(step), slide, rate, jnp.asarray(0.0), jnp.asarray(1e6))
+            grip = contact.grip(state, passage, traction)
+            return grip.state, grip.friction
+
+        state = jax.tree.map(jnp.asarray, state)
+        return jnp.concatenate([friction[None], jax.lax.scan(one, state, (slides, rates))[1]])
+
+    return np.asarray(forces(jnp.asarray(path)))
+
+
+def test_friction_lags_a_ramp_of_velocity_by_the_lag() -> None:
+    """In steady acceleration from v0 the lagging velocity is v - a lag (1 - exp(-t/lag)) - w0 exp(-t/lag)."""
+    lag, step, acceleration = 4e-3, 2e-5, 1.0
+    t = step * np.arange(3000)
+    force = dragged(contact_of("frictional_memory", lag=lag), acceleration * t**2 / 2 + 2e-3 * t, step)
+    lagging = 2e-3 + acceleration * (t - lag * (1 - np.exp(-t / lag))) - 2e-3 * np.exp(-t / lag)
+    slip = t > 0.02
+    assert np.abs(force + A * np.exp(-B * lagging) + C)[slip].max() < 2e-3 * A
+    assert np.abs(law(acceleration * t) - D * acceleration * t + force)[slip].max() > 0.03 * A
+
+
+def test_a_lag_makes_a_loop_that_is_higher_while_speeding_up() -> None:
+    step, omega = 1e-4, 2 * math.pi * 3
+    t = step * np.arange(int(1 / step))
+    path = 0.05 * t - 0.045 / omega * np.cos(omega * t)
+    force = -dragged(contact_of("frictional_memory", lag=4e-3), path, step)
+    speed = 0.05 + 0.045 * np.sin(omega * t)
+    late, rising = t > 0.4, np.cos(omega * t) > 0.3
+    falling = np.cos(omega * t) < -0.3
+    steady = A * np.exp(-B * speed) + C
+    assert np.all((force - steady)[late & rising] > 0)
+    assert np.all((force - steady)[late & falling] < 0)
+
+
+@pytest.mark.parametrize(("rest", "before"), [(0.02, 0.0), (2.0, 0.0), (0.5, 1.5)])
+def test_breakaway_grows_with_the_logarithm_of_rest(rest: float, before: float) -> None:
+    """`rest` seconds in stick and `before` of them earlier than the start, then a slow pull."""
+    step, growth, cutoff, distance = 1e-3, 0.04, 0.01, 2e-5
+    pull = 1e-3 * step * np.arange(1, 400)
+    path = np.concatenate([np.zeros(round(rest / step) + 1), pull])
+    contact = contact_of("dwell_strengthening", growth=growth, cutoff=cutoff, distance=distance)
+    force = -dragged(contact, path, step, rest=before)
+    creeping = A * math.exp(-B * 1e-3) + C
+    age, expected = 0.0, creeping
+    for _ in range(5):  # the age at breakaway counts the time of loading
+        age = rest + before + expected / K1 / 1e-3
+        expected = creeping * (1 + growth * math.log1p(age / cutoff))
+    assert force.max() == pytest.approx(expected, rel=2e-3)
+    assert force[-1] == pytest.approx(creeping, rel=1e-3)
+    slid = (np.arange(len(path)) - np.argmax(force)) * 1e-3 * step
+    left = math.log1p(age * math.exp(-1) / cutoff) / math.log1p(age / cutoff)
+    there = np.argmin(np.abs(slid - distance))
+    assert (force[there] - force[-1]) / (force.max() - force[-1]) == pytest.approx(left, abs=0.05)
+
+
+def test_the_age_at_the_start_is_that_of_the_start() -> None:
+    """A mass that has rested breaks away later: the simulation hands the time of rest to the contact."""
+    oscillator = with_effect(NOMINAL, "dwell_strengthening", growth=0.05)
+    runs = [simulate(oscillator, samples=400, interval=1e-3, start=Start(rest=rest)) for rest in (0.0, 100.0)]
+    first, second = (np.abs(np.asarray(run.force)).max() for run in runs)
+    assert second > 1.1 * first
+
+
+@pytest.mark.parametrize("contact", [LoadedContact(K1), SmoothContact(K1)])
+def test_the_stuck_mass_rings_down_with_the_damping_of_the_contact(contact) -> None:
+    """x = exp(-zeta w t) ..., w = sqrt(k1/m), 2 zeta w = damping/m, below a limit that is out of reach."""
+    rig = dataclasses.replace(free(ExponentialFriction(0.0, 1.0, 1e6, 0.0)), contact=contact)
+    omega = math.sqrt(K1 / 2.0)
+    for zeta in (0.05, 0.4):
+        damped = with_effect(rig, "contact_damping", damping=2 * zeta * omega * 2.0)
+        run = simulate(damped, samples=300, interval=2e-4, start=Start(0.0, 0.01), steps_per_sample=20)
+        ring = omega * math.sqrt(1 - zeta**2)
+        t = np.asarray(run.time)
+        expected = 0.01 / ring * np.exp(-zeta * omega * t) * np.sin(ring * t)
+        assert np.abs(np.asarray(run.x) - expected).max() < 1e-3 * 0.01 / omega
+
+
+def test_no_damping_of_the_contact_is_too_much_for_a_step() -> None:
+    rig = with_effect(free(ExponentialFriction(0.0, 1.0, 1e6, 0.0)), "contact_damping", damping=1e8)
+    run = simulate(rig, samples=50, interval=1e-3, start=Start(0.0, 0.01), steps_per_sample=1)
+    assert np.abs(np.asarray(run.x)).max() < 2e-5
+
+
+def test_damping_of_the_contact_is_silent_in_slip() -> None:
+    run = simulated(with_effect(NOMINAL, "contact_damping", damping=50.0))
+    slip = slipping(run)
+    assert np.abs(np.abs(run.force) - law(np.abs(run.v)))[slip].max() < 2e-3 * STATIC
+
+
+def test_microslip_follows_masing_and_loses_the_area_of_its_loop() -> None:
+    """Stiffness k1, then (1 - share) k1; full slip at g; between, a cycle loses 4 share k1 z (a - z)."""
+    share, earlier, step = 0.4, 0.3, 1.0
+    contact = contact_of("microslip", share=share, earlier=earlier)
+    early = earlier * STATIC / K1
+    full = (1 - share * earlier) / (1 - share) * STATIC / K1
+    to, back = np.linspace(0, 0.9 * full, 4001), np.linspace(0.9 * full, -0.9 * full, 8001)
+    path = np.concatenate([to, back[1:], -back[1:]])
+    force = -dragged(contact, path, step)
+    slope = np.diff(force) / np.diff(path) / K1
+    assert slope[10] == pytest.approx(1, rel=1e-3)
+    assert slope[3000] == pytest.approx(1 - share, rel=1e-3)
+    reversal = len(to)
+    assert slope[reversal + 10] == pytest.approx(1, rel=1e-3)
+    elastic = np.argmax(slope[reversal:] < 1 - share / 2)
+    assert path[reversal] - path[reversal + elastic] == pytest.approx(2 * early, rel=2e-3)
+    cycle = slice(reversal, None)
+    loss = np.trapezoid(force[cycle], path[cycle])
+    assert loss == pytest.approx(4 * share * K1 * early * (0.9 * full - early), rel=1e-3)
+    beyond = dragged(contact, np.linspace(0, 3 * full, 4000), step)
+    assert -beyond[-1] == pytest.approx(A * math.exp(-B * 3 * full / 3999) + C, rel=1e-6)
+
+
+def test_a_split_contact_rings_like_the_whole_at_a_coarse_step() -> None:
+    """Below the early yield both elements are springs in parallel, k1 together: twelve steps a period."""
+    rig = with_effect(free(LAW), "microslip", share=0.4, earlier=0.5)
+    omega = math.sqrt(K1 / 2.0)
+    step = 2 * math.pi / omega / 12
+    run = simulate(rig, samples=120, interval=step, start=Start(0.0, 1e-3), steps_per_sample=1)
+    expected = 1e-3 / omega * np.sin(omega * np.asarray(run.time))
+    assert np.abs(np.asarray(run.x) - expected).max() < 0.06 * 1e-3 / omega
+
+
+def test_microslip_starts_where_the_force_says() -> None:
+    """A contact that holds a force holds it in both elements together, and stays at rest under it."""
+    oscillator = with_effect(free(LAW), "microslip", share=0.3, earlier=0.4)
+    for force in (1.0, -5.0, STATIC):
+        motion = oscillator.motion(0.0, oscillator.drive.at(0.0), 0.0, 0.0, 0.0)
+        traction = oscillator.traction(None, motion)
+        held, _ = oscillator.contact.initial(Approach(force, 0.0, 0.0), traction)
+        assert float(held) == pytest.approx(force)
+
+
+FRICTION = {
+    "asymmetric_friction": {"dry": 0.05, "viscous": 0.2},
+    "contact_damping": {"damping": 50.0},
+    "dwell_strengthening": {"growth": 0.03},
+    "friction_drift": {"rate": 5e-3},
+    "frictional_memory": {"lag": 3e-3},
+    "load_variation": {"in_phase": 0.03, "quadrature": 0.03},
+    "microslip": {"share": 0.15},
+    "periodic_track": {"cosine": 0.03, "sine": 0.03},
+    "position_dependent_friction": {"gradient": 10.0},
+    "stribeck_shape": {"excess": 0.3},
+}
+
+
+def test_friction_effects_attach_in_any_order() -> None:
+    """All together: forwards and backwards give the same motion to a share of what they do."""
+    effects = {key: replace(effects_at_null((key,))[key], values) for key, values in FRICTION.items()}
+    ahead = behind = NOMINAL
+    for key in effects:
+        ahead = effects[key].attach(ahead)
+    for key in reversed(effects):
+        behind = effects[key].attach(behind)
+    run = jax.jit(lambda oscillator: march(oscillator, Start(), Grid(0.0, 2e-3, 400, 4)).x)
+    one, other, without = (np.asarray(run(oscillator)) for oscillator in (ahead, behind, NOMINAL))
+    assert np.abs(one - other).max() < 0.05 * np.abs(one - without).max()
+
+
+def test_friction_effects_at_null_change_no_bit() -> None:
+    together = NOMINAL
+    for effect in effects_at_null(tuple(FRICTION)).values():
+        together = effect.attach(together)
+    run = jax.jit(lambda oscillator: march(oscillator, Start(1e-3, 0.1, -2.0), Grid(0.1, 2e-3, 400, 4)))
+    for one, other in zip(run(together), run(NOMINAL), strict=True):
+        assert np.abs(np.asarray(one) - np.asarray(other)).max() <= 1e-13 * np.abs(np.asarray(other)).max()
+
+
+def test_derivatives_at_null_with_all_friction_effects_attached() -> None:
+    """By every strength together, from inside, against one-sided differences."""
+    hypothesis = effects_at_null(tuple(FRICTION))
+    names = [(key, name) for key, values in FRICTION.items() for name in values]
+    sizes = np.array([FRICTION[key][name] for key, name in names])
+
+    @jax.jit
+    def motion(point):
+        oscillator = NOMINAL
+        for key in FRICTION:
+            given = {name: point[i] for i, (owner, name) in enumerate(names) if owner == key}
+            oscillator = replace(hypothesis[key], given).attach(oscillator)
+        run = march(oscillator, Start(1e-3, 0.1, -2.0), Grid(0.1, 2e-3, 250, 4))
+        return jnp.concatenate([run.displacement / 1e-2, run.friction / STATIC])
+
+    null = jnp.zeros(len(names))
+    jacobian = np.asarray(jax.jit(jax.jacfwd(motion))(null)) * sizes
+    base = np.asarray(motion(null))
+    for index, (key, name) in enumerate(names):
+        step = np.zeros(len(names))
+        step[index] = 1e-5 * sizes[index]
+        difference = (np.asarray(motion(jnp.asarray(step))) - base) / 1e-5
+        size = np.abs(jacobian[:, index]).max()
+        assert size > 1e-4, (key, name)
+        assert np.abs(difference - jacobian[:, index]).max() < 1e-3 * size, (key, name)

@@ -1,0 +1,245 @@
+"""The effects of the mechanics against closed forms, energies and rigs that have them built in."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxstick.hypothesis import effects_at_null
+from jaxstick.nominal import nominal
+from jaxstick.oscillator import Oscillator, Start
+from jaxstick.parameter import replace
+from jaxstick.parts.contact import LoadedContact
+from jaxstick.parts.drive import SineDrive
+from jaxstick.parts.friction import ExponentialFriction
+from jaxstick.parts.motion import Motion
+from jaxstick.parts.rig import AbstractRig, Rig
+from jaxstick.simulate import Grid, march, simulate
+from tests.jaxstick.rig1987_runs import RIG, constants
+
+M, K = 2.0, 2000.0
+NOMINAL = nominal(RIG, dataclasses.replace(constants(0.86), D=2.0), SineDrive(1.5, 10.325e-3))
+SMOOTH = Oscillator(Rig(M, K, K), SineDrive(1.0), ExponentialFriction(0.0, 1.0, 0.0, 0.0), LoadedContact(1e4))
+"""No friction, no damping."""
+
+
+def with_effect(oscillator: Oscillator, key: str, **values: float) -> Oscillator:
+    return replace(effects_at_null((key,))[key], values).attach(oscillator)
+
+
+def simulated(oscillator: Oscillator, start: Start | None = None, samples: int = 1000) -> Any:
+    run = simulate(oscillator, samples=samples, interval=1e-3, steps_per_sample=10, start=start)
+    return jax.tree.map(np.asarray, run)
+
+
+POTENTIALS: dict[str, tuple[dict[str, float], Callable[[np.ndarray], np.ndarray]]] = {
+    "cubic_stiffness": ({"coefficient": 5e6}, lambda x: 5e6 * x**4 / 4),
+    "quadratic_stiffness": ({"coefficient": 5e4}, lambda x: 5e4 * x**3 / 3),
+    "end_stop": (
+        {"stiffness": 3e3, "gap": 6e-3},
+        lambda x: 3e3 * np.maximum(np.abs(x) - 6e-3, 0.0) ** 2 / 2,
+    ),
+    "constant_force": ({"force": 2.0}, lambda x: -2.0 * x),
+}
+
+
+@pytest.mark.parametrize("key", POTENTIALS)
+def test_energy_is_kept_with_the_effect_s_own_potential(key: str) -> None:
+    values, potential = POTENTIALS[key]
+    run = simulated(with_effect(SMOOTH, key, **values), Start(0.01))
+    kinetic, spring, extra = M * run.v**2 / 2, K * run.x**2 / 2, potential(run.x)
+    energy = kinetic + spring + extra
+    assert np.ptp(energy) < 1e-5 * energy[0]
+    assert np.ptp(kinetic + spring) > 0.05 * energy[0]
+
+
+def work_over_a_cycle(rig: AbstractRig, amplitude: float, omega: float, cycles: int = 1) -> tuple[float, ...]:
+    """The work of the rig's force along x = amplitude sin(omega t) in the last of some cycles [J], and its
+    parts in phase with x and with v, as stiffness [N/m] and damping [N s/m]."""
+    steps = 4000
+    h = 2 * math.pi / omega / steps
+    t = h * jnp.arange(cycles * steps + 1.0)
+    zeros = jnp.zeros_like(t)
+    x, v = amplitude * jnp.sin(omega * t), amplitude * omega * jnp.cos(omega * t)
+    motion = Motion(t, x, v, -(omega**2) * x, zeros, zeros, zeros, zeros, x, v, jnp.ones_like(t))
+    state = jax.tree.map(jnp.asarray, rig.initial(jax.tree.map(lambda a: a[0], motion)))
+
+    def one(state, motion):
+        force = rig.force(state, motion)
+        return rig.advance(state, motion, h), force
+
+    later = jax.tree.map(lambda a: a[1:], motion)
+    state = rig.advance(state, jax.tree.map(lambda a: a[0], motion), h)
+    force = np.asarray(jax.lax.scan(one, state, later)[1])[-steps:]
+    sine, cosine = (np.asarray(part)[-steps:] for part in (jnp.sin(omega * t), jnp.cos(omega * t)))
+    work = float(np.sum(force * np.asarray(v)[-steps:]) * h)
+    stiffness = -2 * float(np.mean(force * sine)) / amplitude
+    return work, stiffness, -2 * float(np.mean(force * cosine)) / (amplitude * omega)
+
+
+def test_drag_takes_eight_thirds_of_its_coefficient() -> None:
+    amplitude, omega, coefficient = 0.01, 12.0, 7.0
+    rig = with_effect(SMOOTH, "quadratic_drag", coefficient=coefficient).rig
+    work, stiffness, _ = work_over_a_cycle(rig, amplitude, omega)
+    assert work == pytest.approx(-8 / 3 * coefficient * omega**2 * amplitude**3, rel=1e-6)
+    assert stiffness == pytest.approx(K, rel=1e-9)
+
+
+@pytest.mark.parametrize("rhythm", [0.2, 1.0, 5.0])
+def test_a_relaxing_branch_has_maxwell_s_complex_stiffness(rhythm: float) -> None:
+    time, stiffness = 0.1, 50.0
+    omega = rhythm / time
+    rig = with_effect(SMOOTH, "spring_relaxation", stiffness=stiffness, time=time).rig
+    branch = stiffness * 1j * rhythm / (1 + 1j * rhythm)
+    _, storage, loss = work_over_a_cycle(rig, 0.01, omega, cycles=20)
+    assert storage - K == pytest.approx(branch.real, rel=1e-4)
+    assert loss * omega == pytest.approx(branch.imag, rel=1e-4)
+
+
+def test_a_relaxing_branch_begins_where_a_harmonic_motion_has_brought_it() -> None:
+    """With the mass on its way at the drive's own frequency there is no transient from the first step on."""
+    time, stiffness, omega = 0.1, 50.0, 2 * math.pi * 1.5
+    oscillator = dataclasses.replace(SMOOTH, drive=SineDrive(1.5, 0.01))
+    rig = with_effect(oscillator, "spring_relaxation", stiffness=stiffness, time=time).rig
+    first, settled = (work_over_a_cycle(rig, 0.01, omega, cycles) for cycles in (1, 8))
+    assert first == pytest.approx(settled, rel=1e-3)
+
+
+def test_a_rubbing_guide_takes_equal_steps_off_the_swing() -> None:
+    """4 force/K a cycle (Lorenz 1924), less for the stretch in which the guide yields, and none in F."""
+    force, deflection = 0.5, 1e-7
+    rubbed = with_effect(SMOOTH, "guide_friction", force=force, deflection=deflection)
+    half = math.pi * math.sqrt(M / K)
+    run = simulate(rubbed, samples=7, interval=half, steps_per_sample=40000, start=Start(0.01, 0.0))
+    swings = np.abs(np.asarray(run.x))
+    assert -np.diff(swings) == pytest.approx(np.full(6, 2 * force / K), rel=5e-3)
+    assert np.abs(np.asarray(run.force)).max() == 0.0
+
+
+def test_a_rubbing_guide_sticks_with_the_mass() -> None:
+    """Left to itself beyond its rest position, the mass comes to rest there, held by the guide alone."""
+    rubbed = with_effect(SMOOTH, "guide_friction", force=1.0, deflection=2e-5)
+    rubbed = dataclasses.replace(rubbed, drive=SineDrive(0.5, 4e-4))
+    run = simulated(rubbed, Start(), 4000)
+    assert np.abs(run.x).max() < 2e-5
+    assert np.all(np.isfinite(run.x))
+
+
+def test_damping_to_the_base_is_the_rig_s_own() -> None:
+    built_in = replace(NOMINAL, {"rig.drive_damping": 1.3})
+    attached = with_effect(NOMINAL, "base_relative_damping", damping=1.3)
+    one, other = simulated(built_in), simulated(attached)
+    assert np.abs(one.x - other.x).max() < 1e-11
+    assert np.abs(one.x - simulated(NOMINAL).x).max() > 1e-5
+
+
+def test_what_is_misstated_is_the_rig_s_own() -> None:
+    truth = {"rig.mass": 2.5, "rig.stiffness": 2100.0, "rig.drive_stiffness": 2050.0}
+    values = {"mass": 0.12, "stiffness": 64.0, "ground_stiffness": 50.0}
+    attached = with_effect(NOMINAL, "stiffness_error", **values)
+    assert np.abs(simulated(replace(NOMINAL, truth)).x - simulated(attached).x).max() < 1e-11
+
+
+def test_play_is_the_play_operator() -> None:
+    """The rig sees the base of a drive that went through the play operator, written out in a loop."""
+    gap, omega, h = 1.5e-3, 2 * math.pi, 1e-3
+    t = h * np.arange(1500)
+    y = 0.01 * np.sin(omega * t) * np.exp(-0.5 * t)
+    joint = [y[0] - gap]
+    for place in y[1:]:
+        joint.append(min(max(joint[-1], place - gap), place + gap))
+    rig = with_effect(SMOOTH, "drive_backlash", gap=gap).rig
+    zeros = jnp.zeros_like(jnp.asarray(y))
+    base = jnp.asarray(y), jnp.asarray(np.gradient(y, h))
+    motion = Motion(jnp.asarray(t), zeros, zeros, zeros, *base, zeros, zeros, zeros, zeros, zeros)
+    state = rig.initial(jax.tree.map(lambda a: a[0], motion))
+
+    def one(state, motion):
+        return rig.advance(state, motion, h), rig.force(state, motion)
+
+    forces = np.asarray(jax.lax.scan(one, state, motion)[1])
+    assert forces == pytest.approx(K * np.array(joint), abs=1e-9)
+
+
+def test_a_damper_behind_the_play_rests_while_the_gap_is_crossed() -> None:
+    rig = with_effect(
+        dataclasses.replace(SMOOTH, rig=Rig(M, K, 0.0, 5.0, 5.0)), "drive_backlash", gap=1e-3
+    ).rig
+    motion = SMOOTH.motion(0.0, SMOOTH.drive.at(0.0), 0.0, 0.0, 0.0)._replace(y_rate=0.1)
+    state = rig.initial(motion)
+    back = motion._replace(y=motion.y - 1e-3, y_rate=-0.1)
+    beyond = motion._replace(y=motion.y - 3e-3, y_rate=-0.1)
+    assert [float(rig.force(state, one)) for one in (motion, back, beyond)] == pytest.approx([0.5, 0, -0.5])
+
+
+MECHANICS = {
+    "base_relative_damping": {"damping": 1.0},
+    "constant_force": {"force": 0.4},
+    "cubic_stiffness": {"coefficient": 1e6},
+    "drive_backlash": {"gap": 5e-5},
+    "end_stop": {"stiffness": 300.0},
+    "guide_friction": {"force": 0.2},
+    "quadratic_drag": {"coefficient": 2.0},
+    "quadratic_stiffness": {"coefficient": 1e4},
+    "spring_relaxation": {"stiffness": 40.0},
+    "stiffness_error": {"stiffness": 40.0, "ground_stiffness": 40.0, "mass": 0.05},
+}
+START = Start(1e-3, 0.1, -2.0)
+GRID = Grid(0.1, 2e-3, 250, 4)
+
+
+def test_mechanics_effects_attach_in_any_order() -> None:
+    """Forwards and backwards give the same motion to a hundredth of what they do: only play, which changes
+    what the parts behind it see, is not simply added."""
+    effects = {key: replace(effects_at_null((key,))[key], values) for key, values in MECHANICS.items()}
+    ahead = behind = NOMINAL
+    for key in effects:
+        ahead = effects[key].attach(ahead)
+    for key in reversed(effects):
+        behind = effects[key].attach(behind)
+    run = jax.jit(lambda oscillator: march(oscillator, START, GRID).x)
+    one, other, without = (np.asarray(run(oscillator)) for oscillator in (ahead, behind, NOMINAL))
+    assert np.abs(one - other).max() < 0.01 * np.abs(one - without).max()
+
+
+def test_mechanics_effects_at_null_change_no_bit() -> None:
+    together = NOMINAL
+    for effect in effects_at_null(tuple(MECHANICS)).values():
+        together = effect.attach(together)
+    run = jax.jit(lambda oscillator: march(oscillator, START, GRID))
+    for one, other in zip(run(together), run(NOMINAL), strict=True):
+        assert np.abs(np.asarray(one) - np.asarray(other)).max() <= 1e-13 * np.abs(np.asarray(other)).max()
+
+
+def test_derivatives_at_null_with_all_mechanics_effects_attached() -> None:
+    """By every strength together, from inside, against one-sided differences."""
+    hypothesis = effects_at_null(tuple(MECHANICS))
+    names = [(key, name) for key, values in MECHANICS.items() for name in values]
+    sizes = np.array([MECHANICS[key][name] for key, name in names])
+
+    @jax.jit
+    def motion(point):
+        oscillator = NOMINAL
+        for key in MECHANICS:
+            given = {name: point[i] for i, (owner, name) in enumerate(names) if owner == key}
+            oscillator = replace(hypothesis[key], given).attach(oscillator)
+        run = march(oscillator, START, GRID)
+        return jnp.concatenate([run.displacement / 1e-2, run.friction / 7.0])
+
+    null = jnp.zeros(len(names))
+    jacobian = np.asarray(jax.jit(jax.jacfwd(motion))(null)) * sizes
+    base = np.asarray(motion(null))
+    for index, (key, name) in enumerate(names):
+        step = np.zeros(len(names))
+        step[index] = 1e-5 * sizes[index]
+        difference = (np.asarray(motion(jnp.asarray(step))) - base) / 1e-5
+        size = np.abs(jacobian[:, index]).max()
+        assert size > 1e-4, (key, name)
+        assert np.abs(difference - jacobian[:, index]).max() < 1e-3 * size, (key, name)
