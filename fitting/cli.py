@@ -8,7 +8,7 @@ from fitting.verbs.diagnose import diagnose
 from fitting.verbs.fit import fit
 from jaxstick.cli import LOWER
 from jaxstick.command import Verbs
-from jaxstick.compilation_cache import keep_compiled
+from jaxstick.compilation_cache import compile_for_few_lanes, keep_compiled
 from jaxstick.version import version
 
 UPPER = (fit, compare, diagnose, blind)
@@ -17,7 +17,8 @@ UPPER = (fit, compare, diagnose, blind)
 @click.group(cls=Verbs, commands=(*LOWER, *UPPER))
 @click.version_option(version(), prog_name="jaxstick")
 def jaxstick() -> None:
-    """Stick-slip of a base-excited friction oscillator: simulate it, and fit its friction to records.
+    """Stick-slip of a base-excited friction oscillator: simulate it, fit its friction to records, and find
+    out why simulation and records differ.
 
     Ends with 0 when done, 2 where the input has to be mended, 1 where jaxstick failed or a result did not
     converge.
@@ -27,4 +28,5 @@ def jaxstick() -> None:
 def main() -> None:
     """The command `jaxstick`."""
     keep_compiled()
+    compile_for_few_lanes()
     jaxstick(prog_name="jaxstick")

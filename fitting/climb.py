@@ -34,7 +34,8 @@ def climb(problem: Problem, settings: Settings, progress: Progress) -> tuple[Sta
     points = descent.coordinates[np.argsort(descent.loss)[:FINALISTS]]
     solution = finish(here, points, progress)
     for before, group in itertools.pairwise(rungs):
-        segments = merged(segments, np.inf if group is None else group / before)
+        longer = np.inf if group is None or before is None else group / before
+        segments = merged(segments, longer)
         found = _longer(problem, here, solution, segments, group, settings, progress)
         if found is not None:
             here, solution = found

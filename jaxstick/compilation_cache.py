@@ -1,10 +1,12 @@
-"""Keeps what jax compiles for the command between two calls of it."""
+"""How jax compiles for the command: what it keeps between two calls, and options of the whole process."""
 
 import os
 from pathlib import Path
 
 SWITCH = "JAXSTICK_CACHE"
 """Environment variable: "off" keeps nothing, any other value is the folder to keep it in."""
+
+SMALL_LOOPS = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=100000000"
 
 LARGEST = 500_000_000
 """Bytes above which the oldest programs are thrown away."""
@@ -28,6 +30,14 @@ def keep_compiled() -> None:
         return
     os.environ["JAX_COMPILATION_CACHE_DIR"] = str(folder)
     os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
+
+
+def compile_for_few_lanes() -> None:
+    """Tells XLA, before jax is imported, to take loops over small arrays as code rather than as a chain of
+    kernels: with few lanes a program runs in about half the time. Flags that the user has set stand."""
+    flags = os.environ.get("XLA_FLAGS", "")
+    if "xla_backend_extra_options" not in flags:
+        os.environ["XLA_FLAGS"] = f"{flags} {SMALL_LOOPS}".strip()
 
 
 def _folder() -> Path:

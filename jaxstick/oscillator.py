@@ -78,7 +78,9 @@ class Oscillator(eqx.Module):
 
         return Traction(
             limit=lambda rate, direction: kept(self.friction.limit(law_state, at(rate, direction)), motion),
-            viscous=lambda rate, direction: kept(self.friction.viscous(law_state, at(rate, direction)), motion),
+            viscous=lambda rate, direction: kept(
+                self.friction.viscous(law_state, at(rate, direction)), motion
+            ),
         )
 
     def initial(self, t: Scalar, start: Start) -> State:

@@ -1,4 +1,4 @@
-"""What one worker does with one case; light to import, since the process that hands out cases reads it too."""
+"""What a worker does with one case; light to import, since whoever hands out the cases reads it too."""
 
 from __future__ import annotations
 

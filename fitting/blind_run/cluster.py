@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import logging
+import queue
+import time
 from collections.abc import Iterator, Mapping
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 
-from distributed import Client, Future, KilledWorker, as_completed
+from distributed import Client, Future, KilledWorker
 
 from fitting.blind_run.case_work import Outcome, diagnose_sent
 from jaxstick.errors import UserError
@@ -22,6 +24,12 @@ PATIENCE = 15.0
 AHEAD = 2
 """Cases under way for every thread of the workers."""
 
+DESERTED = 120.0
+"""Seconds without any worker after which a run that is under way gives up."""
+
+LOOK = 2.0
+"""Seconds between two looks whether the cluster is still there."""
+
 
 def on_cluster(folders: Mapping[str, Path], seed: int, address: str) -> Iterator[tuple[str, Outcome]]:
     """The outcome of every case by its name, in the order in which the workers finish them.
@@ -32,38 +40,64 @@ def on_cluster(folders: Mapping[str, Path], seed: int, address: str) -> Iterator
     Raises:
         UserError: where no scheduler answers within 15 s, it has no workers, or one of them lacks jaxstick or
             runs another version.
-        ClusterLostError: where the scheduler goes away meanwhile.
+        ClusterLostError: where the scheduler goes away meanwhile, or has no worker for two minutes.
     """
     with _client(address) as client:
         waiting = iter(folders.items())
-        cases: dict[Future, str] = {}
+        done: queue.SimpleQueue[Future] = queue.SimpleQueue()
+        flying: dict[Future, str] = {}
 
-        def send(name: str, folder: Path) -> Future:
+        def send(name: str, folder: Path) -> None:
             files = {
                 path.relative_to(folder).as_posix(): path.read_bytes()
                 for path in sorted(folder.rglob("*"))
                 if path.is_file()
             }
             future = client.submit(diagnose_sent, name, files, seed, version(), pure=False)
-            cases[future] = name
-            return future
+            flying[future] = name
+            future.add_done_callback(done.put)
 
         threads = sum(client.nthreads().values())  # pyright: ignore[reportAttributeAccessIssue]
-        first = [send(*item) for item in islice(waiting, AHEAD * max(threads, 1))]
-        flying = as_completed(first)
-        for future in flying:
+        for item in islice(waiting, AHEAD * max(threads, 1)):
+            send(*item)
+        while flying:
+            future = _next(client, done)
+            name = flying.pop(future)
             outcome = _outcome(future)
-            name = cases.pop(future)
             future.release()
             following = next(waiting, None)
             if following is not None:
-                flying.add(send(*following))
+                send(*following)
             yield name, outcome
+
+
+def _next(client: Client, done: queue.SimpleQueue[Future]) -> Future:
+    """The next future that has ended, one way or the other."""
+    seen = time.monotonic()
+    while True:
+        try:
+            return done.get(timeout=LOOK)
+        except queue.Empty:
+            if client.status == "closed":
+                raise ClusterLostError("the connection to the Dask scheduler is lost") from None
+            if _has_workers(client):
+                seen = time.monotonic()
+            elif time.monotonic() - seen > DESERTED:
+                raise ClusterLostError(
+                    f"the Dask scheduler has had no workers for {DESERTED:.0f} s"
+                ) from None
+
+
+def _has_workers(client: Client) -> bool:
+    try:
+        return bool(client.nthreads())
+    except (OSError, TimeoutError, ValueError):
+        return False
 
 
 def _outcome(future: Future) -> Outcome:
     try:
-        return Outcome(*future.result())
+        return Outcome(*future.result(timeout=DESERTED))
     except KilledWorker:
         return Outcome(None, "The case has killed one worker of the cluster after the other.")
     except ModuleNotFoundError as error:

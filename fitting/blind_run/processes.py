@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import NamedTuple
 
@@ -79,7 +80,7 @@ class _Report(NamedTuple):
 class _Worker:
     """A process and our end of the line to it."""
 
-    def __init__(self, process: multiprocessing.process.BaseProcess, line: Connection) -> None:
+    def __init__(self, process: BaseProcess, line: Connection) -> None:
         self._process, self.line = process, line
         self.case = ""
 

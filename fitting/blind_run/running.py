@@ -99,7 +99,7 @@ def _check_place(folder: Path, out: Path) -> None:
 
 
 def _chosen(folder: Path, manifest: Mapping[str, Any], numbers: Sequence[int] | None) -> list[str]:
-    """The names of the cases with these numbers, in order; raises UserError for a number that is not there."""
+    """The names of the cases with these numbers, in order; raises UserError for one that is not there."""
     by_number = {int(name.rpartition("-")[2]): name for name in sorted(manifest["cases"])}
     if numbers is None:
         return list(by_number.values())

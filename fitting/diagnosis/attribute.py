@@ -55,10 +55,10 @@ def attribute(model: Model, bench: Bench, point: Point, progress: Progress) -> A
     found = _refitted(model, bench, nominal, first.promises[:SHORT_LIST], progress)
     found.sort(key=lambda explanation: explanation.refit.misfit)
     leader = found[0]
-    second = screen(model, bench, leader.refit)
-    inflation = float(np.median([promise.inflation for promise in second.promises]))
+    around = screen(model, bench, leader.refit, own_group=True)
+    inflation = float(np.median([promise.inflation for promise in around.promises]))
     if leader.refit.misfit > 1 + EXCESS_FOR_PAIRS and nominal.misfit > 1 + 2 * EXCESS_FOR_PAIRS:
-        found += _pairs(model, bench, found[:LEADERS], second, progress)
+        found += _pairs(model, bench, found[:LEADERS], progress)
     found.sort(key=lambda explanation: explanation.refit.misfit)
     accounts = [
         Account(e.keys, e.refit.misfit, sum(len(model.shelf.names(key)) for key in e.keys)) for e in found
@@ -73,12 +73,10 @@ def _refitted(
     model: Model, bench: Bench, base: Refit, promises: Sequence[Promise], progress: Progress
 ) -> list[Explanation]:
     """The best refit of every promise, on top of the effects that the base has."""
-    home = {key: group for group in model.groups() for key in group}
-    present = base.point.keys
     points, frees, owners = [], [], []
     for promise in promises:
         free = np.concatenate([base.free, model.of(promise.key)])[: COLUMNS - 1]
-        keys = home[promise.key] if not present else (*_named(model, base), promise.key)
+        keys = model.together(base.point.keys, promise.key)
         for share in STARTS:
             points.append(_begin(model, base, promise, share, keys))
             frees.append(free)
@@ -111,12 +109,12 @@ def _begin(model: Model, base: Refit, promise: Promise, share: float, keys: tupl
 
 
 def _pairs(
-    model: Model, bench: Bench, leaders: Sequence[Explanation], second: Screen, progress: Progress
+    model: Model, bench: Bench, leaders: Sequence[Explanation], progress: Progress
 ) -> list[Explanation]:
     """A second effect beside each of the leading ones."""
     out: list[Explanation] = []
-    for number, leader in enumerate(leaders):
-        seen = second if number == 0 else screen(model, bench, leader.refit)
+    for leader in leaders:
+        seen = screen(model, bench, leader.refit)
         own = [promise for promise in seen.promises if promise.key not in leader.keys]
         out += _refitted(model, bench, leader.refit, own[:SHORT_LIST_OF_SECONDS], progress)
     unique: dict[frozenset[str], Explanation] = {}

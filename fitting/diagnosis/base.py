@@ -79,13 +79,12 @@ def tempered(lanes: Lanes) -> Lanes:
     sensor's own filter and the instant of sampling decide what is read, by a share `BLUR` of the bend."""
     return dataclasses.replace(
         lanes,
-        displacement_weight=_tempered(lanes.displacement, lanes.displacement_weight),
-        friction_weight=_tempered(lanes.friction, lanes.friction_weight),
+        displacement_weight=_tempered(np.asarray(lanes.displacement), np.asarray(lanes.displacement_weight)),
+        friction_weight=_tempered(np.asarray(lanes.friction), np.asarray(lanes.friction_weight)),
     )
 
 
 def _tempered(samples: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    samples, weight = np.asarray(samples), np.asarray(weight)
     bend = np.zeros_like(samples)
     bend[:, 1:-1] = np.abs(np.diff(samples, 2, axis=1)) * weight[:, 1:-1]
     bend = np.maximum(bend - NOISY_BEND, 0.0)

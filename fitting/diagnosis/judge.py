@@ -2,8 +2,8 @@
 
 Every explanation j leaves a misfit m_j (chi-square per degree of freedom). With the level of the noise
 unknown its logarithmic likelihood is -(N/2) log m_j, and -(k_j/2) log N pays for its parameters (Schwarz,
-Annals of Statistics 6 (1978) 461). N is not the number of samples: residuals are correlated, and where even the best
-explanation leaves something, what is left is a bias that more samples do not average out.
+Annals of Statistics 6 (1978) 461). N is not the number of samples: residuals are correlated, and where even
+the best explanation leaves something, what is left is a bias that more samples do not average out.
 """
 
 from __future__ import annotations

@@ -139,8 +139,8 @@ def _harmonics(
     parts = {str(order): 0.0 for order in range(1, ORDERS + 1)}
     for number, signal in enumerate(problem.chosen):
         cycle = cycle_of(signal.run)
-        mine = np.flatnonzero(bench.run == number)
-        if cycle is None or len(mine) == 0:
+        mine = np.flatnonzero(bench.run == number).tolist()
+        if cycle is None or not mine:
             continue
         time = np.concatenate([signal.run.time[segments[lane].first : segments[lane].last] for lane in mine])
         angle = 2 * math.pi * cycle.frequency * time
@@ -150,7 +150,7 @@ def _harmonics(
             )
             for order in range(1, ORDERS + 1):
                 line = np.mean(series * np.exp(-1j * order * angle))
-                parts[str(order)] += max(2 * len(series) * abs(line) ** 2 - 2.0, 0.0)
+                parts[str(order)] += max(2 * len(series) * float(abs(line)) ** 2 - 2.0, 0.0)
     parts["rest"] = float(over.sum()) - sum(parts.values())
     return shares(parts)
 
@@ -168,7 +168,7 @@ def _by_time(problem: Problem, segments: Sequence[Segment], over: np.ndarray) ->
 def _sides(model: Model, found: Attribution) -> dict[str, float]:
     """How much of the excess the best effect of each side takes away, sharpened: a side whose best effect
     takes all of it leaves little to one whose best takes half."""
-    closed = dict.fromkeys(("mechanics", "friction", "measurement"), 0.0)
+    closed: dict[str, float] = {"mechanics": 0.0, "friction": 0.0, "measurement": 0.0}
     for explanation in found.explanations:
         families = {model.shelf.effects[key].card.family for key in explanation.keys}
         gain = max(found.nominal.misfit - explanation.refit.misfit, 0.0)
@@ -186,7 +186,7 @@ def residual_force(
     rows = []
     for number, signal in enumerate(problem.chosen):
         needed, _ = balance(signal)
-        for lane in np.flatnonzero(bench.run == number):
+        for lane in np.flatnonzero(bench.run == number).tolist():
             segment = segments[lane]
             own = slice(segment.first, segment.last)
             count = segment.last - segment.first

@@ -118,6 +118,11 @@ class Model:
             for part in np.array_split(np.array(keys), -(-len(keys) // GROUP))
         ]
 
+    def together(self, keys: Sequence[str], *more: str) -> tuple[str, ...]:
+        """Effects attached together: with each its whole group, in one order, so that few programs serve."""
+        wanted = {*keys, *more}
+        return tuple(key for group in self.groups() if wanted & set(group) for key in group)
+
     def index(self, *names: str) -> np.ndarray:
         """The places of unknowns among the coordinates."""
         return np.array([self.names.index(name) for name in names], int)

@@ -90,7 +90,7 @@ def refit(
 
 
 def misfit_of(cost: np.ndarray, dof: np.ndarray) -> float:
-    """Chi-square per degree of freedom; lanes far above the typical one count as little as Huber lets them."""
+    """Chi-square per degree of freedom; of lanes far above the typical one, what Huber leaves of them."""
     return Robust.around(cost, dof).total(cost) / float(dof.sum())
 
 

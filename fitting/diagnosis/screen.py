@@ -48,11 +48,13 @@ class Screen:
     cosine: np.ndarray
 
 
-def screen(model: Model, bench: Bench, at: Refit) -> Screen:
-    """Screens every effect that is not part of the fitted hypothesis yet."""
+def screen(model: Model, bench: Bench, at: Refit, *, own_group: bool = False) -> Screen:
+    """Screens every effect that is not part of the fitted hypothesis yet; where `own_group`, only those that
+    are attached to it already, which needs no further program."""
     names = {model.names[i].partition(".")[0] for i in at.free}
     present = tuple(key for key in model.shelf.effects if key in names)
-    groups = [tuple(key for key in group if key not in present) for group in model.groups()]
+    among = [group for group in model.groups() if not own_group or set(group) <= set(at.point.keys)]
+    groups = [tuple(key for key in group if key not in present) for group in among]
     groups = [group for group in groups if group]
     base = at.free
     common, templates = _templates(model, bench, at, groups, base, None)
@@ -131,7 +133,7 @@ def _templates(
     for coordinates in points or [at.point.coordinates]:
         for group in groups:
             strengths = [model.index(*model.shelf.strengths[key]) for key in group]
-            attached = tuple(dict.fromkeys((*at.point.keys, *group)))
+            attached = model.together(at.point.keys, *group)
             plan.append((attached, np.concatenate(strengths), coordinates))
     jobs, owners = [], []
     for number, (keys, wanted, coordinates) in enumerate(plan):
@@ -185,7 +187,7 @@ class _Table:
         among, across = own @ common[:, :, : 1 + n], own @ wanted
         curvature, coupling = np.zeros((n + runs, n + runs)), np.zeros((n + runs, wanted.shape[2]))
         curvature[:n, :n] = among[:, 1:, 1:].sum(0)
-        np.add.at(curvature, (n + bench.run, slice(0, n)), among[:, 0, 1:])
+        np.add.at(curvature[n:, :n], bench.run, among[:, 0, 1:])
         curvature[:n, n:] = curvature[n:, :n].T
         np.add.at(curvature, (n + bench.run, n + bench.run), among[:, 0, 0])
         coupling[:n] = across[:, 1:].sum(0)

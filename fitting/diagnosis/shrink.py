@@ -141,7 +141,7 @@ def _interval(
     found = []
     for _ in range(DRAWS):
         drawn = np.concatenate([blocks[i] for i in random.integers(len(blocks), size=len(blocks))])
-        pair = [math.sqrt(misfit_of(cost[drawn], dof[drawn])) for cost in (before, after)]
-        found.append(share_closed(*pair, floor))
+        gaps = [math.sqrt(misfit_of(cost[drawn], dof[drawn])) for cost in (before, after)]
+        found.append(share_closed(gaps[0], gaps[1], floor))
     low, high = np.quantile(found, [0.025, 0.975])
     return float(low), float(high)

@@ -1,21 +1,31 @@
 """jaxstick blind: cases whose effect is withheld."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from fitting.blind.kinds import FAMILIES, KINDS, MODES, TIERS
+from fitting.blind_run.results import default_results
 from jaxstick.command import DONE, FAILED, common
 from jaxstick.deferred import deferred
 from jaxstick.errors import UserError
-from jaxstick.output import atomic_write_text
+from jaxstick.output import OutputFolder, atomic_write_text
 from jaxstick.progress_bar import ProgressBar
+from jaxstick.sweeps.lost import ClusterLostError
 from jaxstick.terminal import Terminal
 
 make_cases = deferred("fitting.blind.making", "make_cases")
 settings_of = deferred("fitting.blind.making", "settings_of")
 new_key = deferred("fitting.blind.seal", "new_key")
 read_key = deferred("fitting.blind.seal", "read_key")
+run_cases = deferred("fitting.blind_run.running", "run_cases")
+score_cases = deferred("fitting.blind_score.score", "score")
+score_page = deferred("fitting.blind_score.page", "score_page")
+show_score = deferred("fitting.blind_score.show", "show_score")
+
+MOST_SAID = 10
+"""Failures that are told one by one."""
 
 
 class Listed(click.ParamType):
@@ -37,6 +47,29 @@ class Listed(click.ParamType):
             if word not in self._words:
                 self.fail(f"{word!r} is none of {', '.join(self._words)}", param, ctx)
         return tuple(word for word in self._words if word in given)
+
+
+class Numbers(click.ParamType):
+    """Whole numbers and ranges of them, between commas: 1-20,33."""
+
+    name = "numbers"
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, ...]:
+        """Every number once, in order."""
+        if isinstance(value, tuple):
+            return value
+        found: set[int] = set()
+        for part in str(value).split(","):
+            low, dash, high = part.strip().partition("-")
+            if not (low.isdecimal() and (high.isdecimal() or not dash)) or len(part) > 20:
+                self.fail(f"{part.strip()[:40]!r} is neither a number nor a range such as 1-20", param, ctx)
+            first, last = int(low), int(high or low)
+            if not 1 <= first <= last <= 9999:
+                self.fail(f"{part.strip()!r} is no range within 1-9999", param, ctx)
+            found.update(range(first, last + 1))
+        return tuple(sorted(found))
 
 
 @click.group()
@@ -142,3 +175,95 @@ def _key(key_file: Path | None, out: Path) -> str:
     key = new_key()
     atomic_write_text(key_file, key + "\n")
     return key
+
+
+@blind.command()
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.option(
+    "--out", metavar="DIR", type=click.Path(path_type=Path), help="Folder for the results (DIR-results)."
+)
+@click.option("--cases", "numbers", type=Numbers(), metavar="1-20,33", help="These cases only.")
+@click.option("--workers", type=click.IntRange(min=1), metavar="N", help="Processes (all cores).")
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Let the workers of a Dask scheduler diagnose, e.g. tcp://10.0.0.5:8786.",
+)
+@click.option("--overwrite", is_flag=True, help="Discard the results that are there.")
+@common
+def run(
+    folder: Path,
+    out: Path | None,
+    numbers: tuple[int, ...] | None,
+    workers: int | None,
+    scheduler: str | None,
+    overwrite: bool,
+    terminal: Terminal,
+) -> int:
+    """Diagnose the cases in DIR.
+
+    Every case gets a folder with its diagnosis.json beside DIR, never in it. A run that was stopped or killed
+    goes on by the same command; cases that failed are tried again. Ends with 1 if a case failed.
+    """
+    results = default_results(folder) if out is None else out
+    bar = ProgressBar(terminal.progress_console(), remaining=True)
+    options: dict[str, Any] = {"seed": terminal.seed, "workers": workers, "numbers": numbers}
+    try:
+        with bar as progress:
+            ran = run_cases(folder, results, progress, scheduler=scheduler, overwrite=overwrite, **options)
+    except (KeyboardInterrupt, ClusterLostError) as stop:
+        why = str(stop) or "stopped before it was done"
+        click.echo(f"jaxstick: {results}: {why}; the same command goes on from there.", err=True)
+        return FAILED
+    if ran.before:
+        terminal.say(f"{ran.before} of {ran.cases} cases were diagnosed already.")
+    terminal.say(f"{ran.before + ran.new} of {ran.cases} diagnoses are in {results}.")
+    terminal.result({"cases": ran.cases, "before": ran.before, "new": ran.new, "failed": ran.failed})
+    for name, reason in list(ran.failed.items())[:MOST_SAID]:
+        click.echo(f"jaxstick: {name}: {reason}", err=True)
+    if len(ran.failed) > MOST_SAID:
+        click.echo(f"jaxstick: {len(ran.failed) - MOST_SAID} more cases failed.", err=True)
+    return FAILED if ran.failed else DONE
+
+
+@blind.command()
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.option("--key", metavar="K", help="The key that `jaxstick blind make` gave.")
+@click.option(
+    "--key-file", metavar="FILE", type=click.Path(path_type=Path), help="The file that holds the key."
+)
+@click.option(
+    "--results", metavar="DIR", type=click.Path(path_type=Path), help="Folder of the results (DIR-results)."
+)
+@click.option(
+    "--out", metavar="DIR", type=click.Path(path_type=Path), help="Folder for score.json and score.html."
+)
+@click.option("--overwrite", is_flag=True, help="Replace earlier results of jaxstick in the --out folder.")
+@common
+def score(
+    folder: Path,
+    key: str | None,
+    key_file: Path | None,
+    results: Path | None,
+    out: Path | None,
+    overwrite: bool,
+    terminal: Terminal,
+) -> int:
+    """Open the seal of DIR and score its diagnoses.
+
+    Every figure comes with its 95 % interval, beside chance and two simple diagnosers. A case without a
+    diagnosis counts as wrong.
+    """
+    if (key is None) == (key_file is None):
+        raise UserError("The key is given by --key or by --key-file, one of the two.")
+    opening = read_key(key_file) if key_file is not None else key
+    found = score_cases(folder, default_results(folder) if results is None else results, opening)
+    if out is not None:
+        with OutputFolder(out, overwrite, inputs=[folder]) as output:
+            output.write_json("score.json", found)
+            output.write_text("score.html", score_page(found))
+    show_score(found, terminal)
+    if out is not None:
+        terminal.say(f"The page is {out / 'score.html'}; score.json lies beside it.")
+    terminal.result(found)
+    return DONE

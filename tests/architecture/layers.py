@@ -131,6 +131,8 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("fitting.blind",),
     ("fitting.plots",),
     ("fitting.report",),
+    ("fitting.blind_run",),
+    ("fitting.blind_score",),
     ("fitting.show",),
     ("fitting.show_diagnosis",),
     ("fitting.verbs",),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -28,7 +30,7 @@ def test_merged_segments_are_made_of_whole_ones_and_cover_the_runs():
     for run, end in ((0, 110), (1, 35)):
         mine = [s for s in wholes if s.run == run]
         assert mine[0].first == 0 and mine[-1].last == end
-        assert all(one.last == other.first for one, other in zip(mine, mine[1:], strict=False))
+        assert all(one.last == other.first for one, other in itertools.pairwise(mine))
     links = chains(parts, wholes)
     assert [part for chain in links for part in chain] == list(range(len(parts)))
     assert [parts[chain[0]].first for chain in links] == [s.first for s in wholes]

@@ -1,0 +1,1 @@
+"""Scoring diagnoses of sealed cases against the answers: figures with their intervals, tables, pictures."""
