@@ -18,7 +18,7 @@ class Parameter:
 
     `null` is the value at which the parameter has no influence (None where there is none, such as a mass).
     `typical` is the size to be expected where it does, as a multiple of what its unit amounts to on the rig
-    at hand: N the level of friction, m the stroke, s the natural period, and their products and powers likewise.
+    at hand: N the level of friction, m the stroke, s the natural period, their products and powers likewise.
     """
 
     unit: str

@@ -43,7 +43,7 @@ def curve(ratios: Sequence[float], named: Sequence[bool]) -> dict[str, Any] | No
 
     Fitted with Firth's penalty (Biometrika 80 (1993) 27), which keeps it finite where all or none are named.
     None where there are fewer than eight cases or their ratios do not differ; a90 is None where the curve
-    does not rise.
+    does not rise significantly.
     """
     kept = [(ratio, hit) for ratio, hit in zip(ratios, named, strict=True) if 0 < ratio < math.inf]
     if len(kept) < LEAST_CASES:
@@ -71,7 +71,7 @@ def curve(ratios: Sequence[float], named: Sequence[bool]) -> dict[str, Any] | No
 
 def _a90(weights: np.ndarray, covariance: np.ndarray, middle: float) -> dict[str, float] | None:
     start, slope = weights.tolist()
-    if slope <= 0:
+    if slope <= 1.96 * math.sqrt(float(covariance[1, 1])):
         return None
     centre = (NINE_TENTHS - start) / slope
     gradient = np.array([-1.0, -centre]) / slope

@@ -28,6 +28,7 @@ from fitting.blind_score.rows import (
     reliability_rows,
     sentence,
 )
+from fitting.report.words import tied
 
 _TEMPLATE = Path(__file__).parent / "page.html"
 
@@ -49,7 +50,11 @@ def score_page(score: Mapping[str, Any]) -> str:
         ("mistakes", "Verdicts that were wrong", MISTAKE_COLUMNS, mistake_rows(score)),
     ]
     environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        finalize=lambda value: tied(value) if type(value) is str else value,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
     look = (files("fitting.report") / "templates" / "look.css").read_text(encoding="utf-8")
     return environment.from_string(_TEMPLATE.read_text(encoding="utf-8")).render(

@@ -41,7 +41,7 @@ def answer_rows(score: Mapping[str, Any]) -> list[Row]:
     tiers, beside = score["tiers"], score["baselines"]
     rows = []
     for key, title, asked in ANSWERS:
-        if not tiers["all"][key]["n"]:
+        if tiers["all"][key]["value"] is None:
             continue
         rows.append(
             (
