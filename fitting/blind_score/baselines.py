@@ -30,7 +30,8 @@ def by_bic(case: Judged) -> Judged:
 
 
 def by_signature(case: Judged) -> Judged:
-    """The case as the largest screening score answers it, nothing where the excess is not significant.
+    """The case as the largest screening score of one effect answers it, nothing where the excess is not
+    significant.
 
     Probabilities in proportion to exp(score/2), the score being a fall of chi-square.
     """
@@ -41,7 +42,7 @@ def by_signature(case: Judged) -> Judged:
     weights: dict[tuple[str, ...], float] = {
         tuple(candidate["effects"]): 0.5 * candidate["score"]
         for candidate in case.result.get("candidates", ())
-        if candidate["score"] is not None and candidate["effects"]
+        if candidate["score"] is not None and len(candidate["effects"]) == 1
     }
     return _answered(case, weights or {(): 0.0})
 

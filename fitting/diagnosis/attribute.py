@@ -11,6 +11,7 @@ from fitting.diagnosis.base import nuisances
 from fitting.diagnosis.judge import Account, Judgement, judge
 from fitting.diagnosis.model import COLUMNS, Model
 from fitting.diagnosis.refit import Bench, Point, Refit, refit
+from fitting.diagnosis.release import released
 from fitting.diagnosis.screen import Promise, Screen, screen
 from fitting.progress import Progress
 
@@ -19,6 +20,7 @@ STARTS = (0.5, 1.0)
 """Refits begin at these shares of the change that the linearised model expects."""
 SHORT_LIST_OF_SECONDS = 5
 LEADERS = 2
+RELEASED = 4
 FAR = 6.0
 EXCESS_FOR_PAIRS = 0.02
 """A second effect is sought where the best one leaves a misfit more than this above the noise."""
@@ -49,10 +51,15 @@ def attribute(model: Model, bench: Bench, point: Point, progress: Progress) -> A
     """Screens and refits every effect on a bench, beginning at the nominal model's point."""
     progress.stage("effects screened", 2)
     (nominal,) = refit(model, bench, [point], [nuisances(model)])
+    nominal = released(model, bench, nominal)
     progress.advance(f"chi2 per sample {nominal.misfit:.4g}")
     first = screen(model, bench, nominal)
     progress.advance(f"{len(first.keys)} effects")
     found = _refitted(model, bench, nominal, first.promises[:SHORT_LIST], progress)
+    found.sort(key=lambda explanation: explanation.refit.misfit)
+    found[:RELEASED] = [
+        dataclasses.replace(e, refit=released(model, bench, e.refit)) for e in found[:RELEASED]
+    ]
     found.sort(key=lambda explanation: explanation.refit.misfit)
     leader = found[0]
     around = screen(model, bench, leader.refit, own_group=True)

@@ -26,6 +26,8 @@ UNITS = 4
 LENGTHS = (48, 96, 192, 384, 768)
 """Numbers of samples in a lane, the one nearest to a natural period is taken: few, so that programs serve
 many data sets."""
+SUBSTEPS = (4, 8, 16, 32, 64)
+"""Integration steps a sample: few choices as well."""
 BLUR = 0.06
 NOISY_BEND = 8.0
 """Bends below so many standard deviations of noise are taken for noise: three of those of a bend of noise."""
@@ -108,7 +110,8 @@ def ground(problem: Problem, model: Model, settings: Settings, progress: Progres
     longer = stage(problem, UNITS, segments, k1, settings)
     found = refine(longer, rough.coordinates, rough.starts[first], progress)
     constants = problem.unknowns.values(found.coordinates)
-    bench = lay(problem, segments, steps(problem, UNITS, constants["k1"], settings))
+    wanted = steps(problem, UNITS, constants["k1"], settings)
+    bench = lay(problem, segments, next((n for n in SUBSTEPS if n >= wanted), SUBSTEPS[-1]))
     point = Point((), model.origin(constants), np.zeros(bench.runs), found.starts)
     return Ground(tuple(segments), bench, point)
 

@@ -17,7 +17,7 @@ from fitting.diagnosis.localise import localise, residual_force, see
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point, Refit, refit
 from fitting.diagnosis.settings import DiagnosisSettings
-from fitting.diagnosis.shrink import Split, closure, part, share_closed, split
+from fitting.diagnosis.shrink import Split, check_hold_out, closure, part, share_closed, split
 from fitting.diagnosis.words import advice, notes, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
@@ -48,6 +48,7 @@ def diagnose(
     settings = settings or DiagnosisSettings()
     progress = progress or Silent()
     held_out = tuple(dict.fromkeys((*settings.hold_out, *(run.file for run in dataset.runs if run.hold_out))))
+    check_hold_out([run.file for run in dataset.runs], held_out)
     every = dataclasses.replace(
         dataset, runs=tuple(dataclasses.replace(run, hold_out=False) for run in dataset.runs)
     )
@@ -64,7 +65,7 @@ def diagnose(
     progress.advance()
     before, after = _finally(model, base, found, named)
     progress.advance()
-    where = localise(problem, model, bench, [base.segments[lane] for lane in held.fitted], found)
+    where = localise(problem, model, base.bench, base.segments, before, found)
     force = residual_force(problem, model, base.bench, base.segments, before.point)
     constants_before = _constants(problem, model, base.bench, before)
     constants, effects = constants_before, {}

@@ -19,6 +19,8 @@ from fitting.diagnosis.findings import Verdict
 MISSPECIFIED = 30.0
 """How many independent pieces of evidence are left where the best explanation leaves a misfit of 2."""
 LEAST_PIECES = 25.0
+LEAST_INFLATION = 2.0
+"""Scores vary at least so many times as much as white noise says: the integrator's own error sees to that."""
 UNLISTED_SHARE = 0.12
 """The share of the excess that an effect off the shelf is taken to leave: a listed one that leaves far more
 is not the cause."""
@@ -73,7 +75,7 @@ def judge(
     names = [NONE, UNLISTED]
     logs = [
         weight(nominal, 0, PRIOR[NONE]),
-        weight(max(unlisted, best), UNLISTED_PARAMETERS, PRIOR[UNLISTED]),
+        weight(unlisted, UNLISTED_PARAMETERS, PRIOR[UNLISTED]),
     ]
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
     for account in accounts:
@@ -93,7 +95,7 @@ def judge(
 
 def pieces_of_evidence(best: float, samples: float, inflation: float) -> float:
     """The number of independent samples that the residuals amount to."""
-    correlated = max(inflation, 1.0) / samples
+    correlated = max(inflation, LEAST_INFLATION) / samples
     return max(LEAST_PIECES, 1 / (correlated + max(best - 1.0, 0.0) / MISSPECIFIED))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from fitting.diagnosis.attribute import Attribution
 from fitting.diagnosis.findings import ResidualForce, Where
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Bench, Point
+from fitting.diagnosis.refit import Bench, Point, Refit
 from fitting.problem import Problem
 from fitting.segments import Segment
 from fitting.signals import balance
@@ -60,16 +60,25 @@ def see(model: Model, bench: Bench, point: Point) -> Seen:
 
 
 def localise(
-    problem: Problem, model: Model, bench: Bench, segments: Sequence[Segment], found: Attribution
+    problem: Problem,
+    model: Model,
+    bench: Bench,
+    segments: Sequence[Segment],
+    nominal: Refit,
+    found: Attribution,
 ) -> Where:
-    """The excess under the fitted nominal model, split by channel, phase, direction, run, harmonic, time and
-    side. A part that has less than its share of noise counts as zero."""
-    seen = see(model, bench, found.nominal.point)
+    """The excess under the nominal model as fitted to the bench, split by channel, phase, direction, run,
+    harmonic, time and side.
+
+    A part that has less than its share of noise counts as zero; of a lane far above the typical one only so
+    much counts as still goes for typical.
+    """
+    seen = see(model, bench, nominal.point)
     counted = seen.counts[:, :, None] & (_weights(bench) > 0)
     squares = np.stack([seen.displacement, seen.friction], axis=2) ** 2
     dof = counted.sum(axis=(1, 2)) - 3.0
     noise = (dof / np.maximum(counted.sum(axis=(1, 2)), 1))[:, None, None] * counted
-    over = np.where(counted, squares - noise, 0.0)
+    over = np.where(counted, squares - noise, 0.0) * nominal.weights[:, None, None] ** 2
     phases = _phases(seen, problem.period / float(np.max(np.asarray(bench.lanes.interval))))
     by_lane = over.sum(axis=(1, 2))
     total = float(dof.sum())

@@ -37,16 +37,19 @@ class Split:
         return not self.files
 
 
-def split(problem: Problem, bench: Bench, hold_out: Sequence[str]) -> Split:
-    """Holds out the named runs; else every third run in the order of their
-    frequencies; with fewer than four runs, every third stretch of lanes.
-
-    Raises UserError for a name that is no run, and where nothing would be left to fit.
-    """
-    files = [signal.run.file for signal in problem.chosen]
+def check_hold_out(files: Sequence[str], hold_out: Sequence[str]) -> None:
+    """Raises UserError for a name that is no run, and where nothing would be left to fit."""
     unknown = [name for name in hold_out if name not in files]
     if unknown:
         raise UserError(f"{unknown[0]!r} is not a run of this data set; there are {', '.join(files)}.")
+    if len(set(hold_out)) == len(files):
+        raise UserError("Every run is held out; at least one must be left to fit.")
+
+
+def split(problem: Problem, bench: Bench, hold_out: Sequence[str]) -> Split:
+    """Holds out the named runs; else every third run in the order of their frequencies; with fewer than four
+    runs, every third stretch of lanes."""
+    files = [signal.run.file for signal in problem.chosen]
     named = tuple(dict.fromkeys(hold_out))
     if not named and len(files) >= FEWEST_RUNS:
         order = sorted(range(len(files)), key=lambda n: problem.chosen[n].run.frequency or n)
@@ -55,8 +58,6 @@ def split(problem: Problem, bench: Bench, hold_out: Sequence[str]) -> Split:
         stretch = np.array([lane // BLOCK for lane in range(len(bench.run))])
         held = np.flatnonzero(stretch % 3 == 1)
         return Split(np.setdiff1d(np.arange(len(bench.run)), held), held, ())
-    if len(named) == len(files):
-        raise UserError("Every run is held out; at least one must be left to fit.")
     numbers = [files.index(name) for name in named]
     mask = np.isin(bench.run, numbers)
     return Split(np.flatnonzero(~mask), np.flatnonzero(mask), named)

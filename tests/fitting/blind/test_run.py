@@ -228,6 +228,7 @@ def test_on_a_cluster(cases, monkeypatch):
 
     def sent(name, files, seed, wanted):
         folder = cases / name
+        assert (seed, wanted) == (7, case_work.version())
         assert files == {path.name: path.read_bytes() for path in folder.iterdir()}
         return stub.Outcome(None, "lost") if name == "case-0003" else act(folder, seed)
 
@@ -235,9 +236,9 @@ def test_on_a_cluster(cases, monkeypatch):
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None, protocol="tcp"
     ) as here:
-        found = ran(cases, scheduler=here.scheduler_address)
+        found = ran(cases, seed=7, scheduler=here.scheduler_address)
     assert found.new == 1
     assert found.failed["case-0002"] == "The motion was lost."
     with pytest.raises(UserError, match="no Dask scheduler answers"):
         monkeypatch.setattr(cluster, "PATIENCE", 0.3)
-        ran(cases, scheduler="tcp://127.0.0.1:1")
+        ran(cases, seed=7, scheduler="tcp://127.0.0.1:1")

@@ -172,6 +172,21 @@ def test_calibration_of_a_known_diagnoser():
     assert calibration([])["ece"] is None
 
 
+def test_the_band_is_that_of_a_perfect_diagnoser():
+    random = np.random.default_rng(5)
+    inside = []
+    for _ in range(60):
+        stated = random.uniform(0.55, 1.0, 60)
+        cases = [
+            single(SPRING, "effect", SPRING, p={SPRING if right else PUSH: confidence})
+            for confidence, right in zip(stated.tolist(), random.random(60) < stated, strict=True)
+        ]
+        found = calibration(cases)
+        inside.append(found["ece"] <= found["perfect"])
+    assert 51 <= sum(inside) <= 60
+    assert found["perfect"] < 0.25
+
+
 def interval(value, low, high, unit="N"):
     return {"value": value, "low": low, "high": high, "unit": unit}
 
@@ -228,6 +243,7 @@ def test_the_curve_finds_the_limit_it_was_drawn_from():
     assert found["a90"]["value"] == pytest.approx(1.7, rel=0.08)
     always = curve(ratios[:30].tolist(), [True] * 30)
     assert always is not None and min(always["probability"]) > 0.8 and always["a90"] is None
+    assert max(always["probability"]) < 0.9999
     assert curve([1.0, 2.0], [True, False]) is None
     assert curve([1.0] * 20, [True] * 20) is None
 
@@ -245,7 +261,7 @@ def test_baselines_read_the_candidates():
     tried = [
         candidate(900.0, 3.0, PUSH),
         candidate(500.0, 1.0, SPRING),
-        candidate(0.0, 0.999, SPRING, LAG, parameters=2),
+        candidate(999.0, 0.999, SPRING, LAG, parameters=2),
     ]
     case = single(SPRING, "effect", PUSH, candidates=tried)
     assert by_bic(case).named == (SPRING,) and by_bic(case).right()

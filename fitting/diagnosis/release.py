@@ -1,0 +1,71 @@
+"""Lanes caught on the wrong side of an event are freed: settled again from many starts."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from fitting.diagnosis.model import COLUMNS, Model
+from fitting.diagnosis.refit import Bench, Point, Refit, job, normal, refit
+
+TRIES = 16
+SCATTER = (0.1, 0.5, 1.0)
+"""Standard deviations of displacement, velocity and force of the new starts, in units of their priors'."""
+ITERATIONS = 5
+SUSPECT = 4.0
+BETTER = 0.9
+
+
+def released(model: Model, bench: Bench, fit: Refit, seed: int = 0) -> Refit:
+    """The refit with its lost lanes freed and everything fitted once more; the same where none is better.
+
+    Lost are lanes whose cost lies far above the typical one. Each is tried from `TRIES` starts scattered
+    around what the record says, at the unknowns as they are.
+    """
+    share = fit.cost / bench.dof()
+    typical = float(np.median(share))
+    lost = np.flatnonzero(share > max(SUSPECT * typical, typical * (1 + 6 * np.sqrt(2 / bench.dof().mean()))))
+    if len(lost) == 0:
+        return fit
+    random = np.random.default_rng(seed)
+    part = bench.take(np.tile(lost, TRIES))
+    prior, deviation = np.asarray(part.lanes.start), np.asarray(part.lanes.start_deviation)
+    scattered = prior + np.array(SCATTER) * deviation * random.standard_normal(prior.shape)
+    starts, cost = settled(model, part, dataclasses.replace(fit.point, starts=scattered))
+    cost = cost.reshape(TRIES, -1)
+    winner, column = np.argmin(cost, axis=0), np.arange(len(lost))
+    better = cost[winner, column] < BETTER * fit.cost[lost]
+    if not better.any():
+        return fit
+    every = fit.point.starts.copy()
+    every[lost[better]] = starts.reshape(TRIES, len(lost), 3)[winner, column][better]
+    (again,) = refit(model, bench, [dataclasses.replace(fit.point, starts=every)], [fit.free])
+    return again if again.misfit < fit.misfit else fit
+
+
+def settled(model: Model, bench: Bench, point: Point) -> tuple[np.ndarray, np.ndarray]:
+    """The best start of every lane at given unknowns, each lane on its own, and its cost."""
+    none = np.full((len(bench.lanes), COLUMNS), -1)
+    starts, damping = point.starts, np.full(len(bench.lanes), 1e-3)
+    gradient, curvature, cost = _start_terms(model, bench, point, none)
+    for _ in range(ITERATIONS):
+        own = curvature * (1 + damping[:, None, None] * np.eye(3))
+        trial = starts - np.linalg.solve(own, gradient[:, :, None])[:, :, 0]
+        found = _start_terms(model, bench, dataclasses.replace(point, starts=trial), none)
+        better = found[2] < cost
+        starts = np.where(better[:, None], trial, starts)
+        gradient = np.where(better[:, None], found[0], gradient)
+        curvature = np.where(better[:, None, None], found[1], curvature)
+        cost = np.where(better, found[2], cost)
+        damping = np.clip(np.where(better, 0.1 * damping, 8 * damping), 1e-9, 1e9)
+    return starts, cost
+
+
+def _start_terms(
+    model: Model, bench: Bench, point: Point, none: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    (columns,) = model.columns([job(bench, point, none)])
+    gradient, curvature = normal(columns)
+    cost = np.einsum("lr,lr->l", columns.residual, columns.residual)
+    return gradient[:, COLUMNS:], curvature[:, COLUMNS:, COLUMNS:], np.where(np.isfinite(cost), cost, 1e30)

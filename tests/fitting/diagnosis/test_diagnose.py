@@ -1,0 +1,110 @@
+"""The diagnosis as a whole, on small data sets whose truth is known."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis.diagnose import diagnose
+from fitting.diagnosis.findings import Diagnosis
+from fitting.diagnosis.settings import DiagnosisSettings
+from jaxstick.effects.cubic_stiffness import CubicStiffness
+from jaxstick.errors import UserError
+from jaxstick.parts.drive import SineDrive
+from jaxstick.record import DataSet
+from tests.fitting.reference_data import TRUTH, WRONG, dataset, noisy, own_run
+
+COEFFICIENT = 1.2e6
+DRIVES = (0.8, 1.5, 2.6, 3.8)
+HELD_OUT = "run-2.csv"
+
+
+def records(coefficient: float, seed: int) -> DataSet:
+    """Four noisy runs of the 1987 rig whose spring hardens by this coefficient [N/m^3]."""
+    random = np.random.default_rng(seed)
+    effects = {"hardening": CubicStiffness(coefficient)} if coefficient else {}
+    runs = [
+        noisy(
+            own_run(SineDrive(f, 10.325e-3), effects=dict(effects), samples=700, file=f"run-{n}.csv"), random
+        )
+        for n, f in enumerate(DRIVES)
+    ]
+    return dataset(*runs, assumed=WRONG)
+
+
+@pytest.fixture(scope="module")
+def hardened() -> Diagnosis:
+    return diagnose(records(COEFFICIENT, 1), DiagnosisSettings(hold_out=(HELD_OUT,), workers=2))
+
+
+@pytest.fixture(scope="module")
+def plain() -> Diagnosis:
+    return diagnose(records(0.0, 2), DiagnosisSettings(hold_out=(HELD_OUT,), workers=2))
+
+
+def test_the_cause_is_named_with_its_size(hardened):
+    assert hardened.verdict in ("effect", "ambiguous")
+    assert hardened.named[0] == "cubic_stiffness"
+    assert hardened.probabilities["cubic_stiffness"] > 0.6
+    (coefficient,) = hardened.effects["cubic_stiffness"]
+    assert coefficient.low < COEFFICIENT < coefficient.high
+    assert coefficient.high - coefficient.low < 0.3 * COEFFICIENT
+    assert "cubic_stiffness" in hardened.sentence and "cubic_stiffness" in hardened.cards
+
+
+def test_the_gap_closes_on_the_run_that_took_no_part(hardened):
+    gap = hardened.closure
+    assert gap.held_out == (HELD_OUT,) and not gap.by_segments
+    assert gap.before > 1.3 and gap.after == pytest.approx(1.0, abs=0.1)
+    assert gap.closed > 0.9
+    assert gap.interval[0] < gap.closed < gap.interval[1]
+    assert gap.placebo is not None and abs(gap.placebo) < 0.3
+    assert gap.assumed is not None and gap.assumed > gap.before
+
+
+def test_the_constants_are_right_with_the_effect_in(hardened):
+    for constant in hardened.constants:
+        if constant.name in ("B", "C", "k1"):
+            assert constant.standard_error is not None
+            assert abs(constant.value - TRUTH[constant.name]) < 5 * constant.standard_error
+
+
+def test_the_gap_is_where_the_spring_is(hardened):
+    where = hardened.where
+    for name in ("channel", "phase", "direction", "run", "harmonic", "time", "side"):
+        shares = getattr(where, name)
+        assert sum(shares.values()) == pytest.approx(1.0, abs=1e-9)
+        assert all(0 <= share <= 1 for share in shares.values())
+    assert max(where.side, key=lambda side: where.side[side]) == "mechanics"
+    assert where.excess > 0.5 and where.significance > 3
+    assert set(where.run) == {f"run-{n}.csv" for n in range(len(DRIVES))}
+
+
+def test_records_without_an_effect_are_called_so(plain):
+    assert (plain.verdict, plain.named, plain.effects) == ("none", (), {})
+    assert plain.probabilities["none"] > 0.8
+    assert sum(plain.probabilities.values()) == pytest.approx(1.0)
+    assert plain.closure.closed == 0.0
+    assert plain.closure.before == pytest.approx(1.0, abs=0.1)
+
+
+def test_the_traces_follow_the_records(hardened):
+    assert [trace.file for trace in hardened.traces] == [f"run-{n}.csv" for n in range(len(DRIVES))]
+    for trace in hardened.traces:
+        before = np.std(trace.before_displacement - trace.displacement)
+        after = np.std(trace.after_displacement - trace.displacement)
+        assert after < 1.3 * trace.displacement_noise < 1.3 * before
+    assert len(hardened.residual_force.force) == 4 * 700
+
+
+def test_holding_out_what_is_not_there_or_everything_is_refused():
+    data = records(0.0, 3)
+    with pytest.raises(UserError, match=r"'run-9.csv' is not a run of this data set; there are run-0.csv"):
+        diagnose(data, DiagnosisSettings(hold_out=("run-9.csv",)))
+    every = dataclasses.replace(
+        data, runs=tuple(dataclasses.replace(run, hold_out=True) for run in data.runs)
+    )
+    with pytest.raises(UserError, match="Every run is held out"):
+        diagnose(every)

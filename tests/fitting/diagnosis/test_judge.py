@@ -1,0 +1,80 @@
+"""From misfits to probabilities: what is named, what is not, and when it is left open."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fitting.diagnosis.judge import Account, judge, pieces_of_evidence
+
+SHELF = [f"effect_{n}" for n in range(36)]
+SAMPLES = 16000.0
+
+
+def account(number: int, misfit: float, parameters: int = 1) -> Account:
+    return Account((SHELF[number],), misfit, parameters)
+
+
+def test_no_gap_is_called_none():
+    found = judge(1.0, [account(0, 0.9998), account(1, 0.9999, 3)], SAMPLES, 1.0, SHELF)
+    assert (found.verdict, found.named) == ("none", ())
+    assert found.effects["none"] > 0.95
+
+
+def test_an_effect_that_closes_the_gap_is_named():
+    found = judge(9.0, [account(0, 1.01), account(1, 4.0), account(2, 8.5)], SAMPLES, 1.5, SHELF)
+    assert (found.verdict, found.named) == ("effect", (SHELF[0],))
+    assert found.effects[SHELF[0]] > 0.97
+
+
+def test_two_that_close_it_alike_are_left_open():
+    found = judge(9.0, [account(0, 1.01), account(1, 1.0101), account(2, 8.5)], SAMPLES, 1.5, SHELF)
+    assert found.verdict == "ambiguous"
+    assert set(found.named) == {SHELF[0], SHELF[1]}
+    assert found.effects[SHELF[0]] == pytest.approx(0.5, abs=0.3)
+
+
+def test_a_gap_that_nothing_closes_is_unlisted():
+    found = judge(50.0, [account(0, 35.0), account(1, 40.0, 2)], SAMPLES, 20.0, SHELF)
+    assert found.verdict == "unlisted"
+    assert found.effects["unlisted"] > 0.8
+
+
+def test_a_pair_is_named_where_one_alone_leaves_a_gap():
+    pair = Account((SHELF[0], SHELF[1]), 1.02, 2)
+    found = judge(20.0, [account(0, 6.0), account(1, 9.0), pair], SAMPLES, 1.5, SHELF)
+    assert (found.verdict, set(found.named)) == ("several", {SHELF[0], SHELF[1]})
+    needless = Account((SHELF[0], SHELF[1]), 1.0099, 2)
+    alone = judge(20.0, [account(0, 1.01), account(1, 9.0), needless], SAMPLES, 1.5, SHELF)
+    assert (alone.verdict, alone.named) == ("effect", (SHELF[0],))
+
+
+def test_more_parameters_cost_more():
+    cheap = judge(1.05, [account(0, 1.0, 1), account(1, 1.0, 4)], SAMPLES, 2.0, SHELF)
+    assert cheap.effects[SHELF[0]] > 100 * cheap.effects[SHELF[1]]
+
+
+@given(
+    st.floats(0.8, 500.0),
+    st.lists(st.floats(0.8, 500.0), min_size=1, max_size=6),
+    st.floats(0.3, 200.0),
+    st.floats(1e3, 1e6),
+)
+def test_probabilities_add_up_and_are_never_certain(nominal, misfits, inflation, samples):
+    accounts = [account(n, misfit) for n, misfit in enumerate(misfits)]
+    found = judge(nominal, accounts, samples, inflation, SHELF)
+    for table in (found.explanations, found.effects):
+        assert sum(table.values()) == pytest.approx(1.0, abs=1e-9)
+        assert all(0 <= p < 1 for p in table.values())
+    assert found.verdict in ("none", "effect", "ambiguous", "unlisted")
+
+
+def test_correlated_and_biased_residuals_are_fewer_pieces_of_evidence():
+    clean = pieces_of_evidence(1.0, SAMPLES, 2.0)
+    assert clean == pytest.approx(SAMPLES / 2)
+    assert pieces_of_evidence(1.0, SAMPLES, 20.0) == pytest.approx(SAMPLES / 20)
+    assert pieces_of_evidence(1.3, SAMPLES, 2.0) < clean / 50
+    assert math.isfinite(pieces_of_evidence(1e6, SAMPLES, 2.0))
