@@ -9,7 +9,7 @@ import numpy as np
 from fitting.descent import Descent
 from fitting.joining import chains, join
 from fitting.newton import Solution
-from fitting.problem import Problem, beginnings
+from fitting.problem import Problem, beginnings, scatter
 from fitting.progress import Progress
 from fitting.search import FINALISTS, descend_from, finish, refine
 from fitting.segments import Segment, cut, lay_out, merged
@@ -22,6 +22,8 @@ part from the record."""
 MOST_LOST = 0.4
 """The share of longer segments that may be lost before the fit stays with the shorter ones."""
 STARTS = 3
+WIDE = 32
+"""How many more searches begin on whole records."""
 
 
 def climb(problem: Problem, settings: Settings, progress: Progress) -> tuple[Stage, Descent, Solution]:
@@ -76,7 +78,8 @@ def _longer(
     first = [chain[0] for chain in links]
     found = refine(longer, joined.coordinates, joined.starts[first], progress)
     if group is None:
-        return longer, found
+        elsewhere = finish(longer, _around(problem, solution.coordinates, settings), progress)
+        return longer, min(found, elsewhere, key=lambda solution: solution.cost)
     lost = _lost(longer, found, PARTING * _misfit(here, solution))
     if lost.mean() > MOST_LOST:
         return None
@@ -84,6 +87,14 @@ def _longer(
         longer, starts = _split(problem, here, solution, longer, found, lost, settings)
         found = refine(longer, found.coordinates, starts, progress)
     return longer, found
+
+
+def _around(problem: Problem, coordinates: np.ndarray, settings: Settings) -> np.ndarray:
+    """Where further searches on whole records begin, whose misfit is rugged: at a solution, around it and
+    around what was read off the data."""
+    centres = (coordinates, beginnings(problem, settings)[0])
+    around = [scatter(problem, at, WIDE // 2, settings.seed + number) for number, at in enumerate(centres)]
+    return np.concatenate([coordinates[None], *around])
 
 
 def _k1(problem: Problem, solution: Solution) -> float:

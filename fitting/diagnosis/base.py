@@ -73,7 +73,7 @@ def lay(problem: Problem, segments: Sequence[Segment], substeps: int) -> Bench:
     samples = max(segment.last - segment.first for segment in segments)
     rig, force = problem.dataset.rig, problem.scale.force
     lanes = lay_out(problem.chosen, segments, rig, force, substeps, beyond=max(0, length(problem) - samples))
-    return Bench(tempered(lanes), np.array([segment.run for segment in segments]))
+    return Bench(tempered(lanes), np.array([segment.run for segment in segments]), len(problem.chosen))
 
 
 def tempered(lanes: Lanes) -> Lanes:

@@ -23,19 +23,15 @@ def deviations(model: Model, bench: Bench, found: Refit) -> tuple[np.ndarray, fl
     gradient, curvature = _scores(model, bench, found.point, free)
     gradient, curvature = gradient * found.weights[:, None], curvature * found.weights[:, None, None]
     _, h = summed(gradient, curvature, bench)
-    h = h + prior_curvature(model, found.point.coordinates, free, bench.runs)
+    h = h + prior_curvature(model, found.point.coordinates, free, bench)
     h = h + np.diag(1e-12 * np.diag(h) + 1e-30)
     inverse = np.linalg.inv(h)
     cluster = _clusters(bench)
     total = np.zeros_like(h)
     for number in range(cluster.max() + 1):
         mine = np.flatnonzero(cluster == number)
-        score, _ = summed(gradient[mine], curvature[mine] * 0, Bench(bench.lanes.take(mine), bench.run[mine]))
-        full = np.zeros(len(h))
-        full[: len(free)] = score[: len(free)]
-        runs = int(bench.run[mine].max()) + 1
-        full[len(free) : len(free) + runs] = score[len(free) :]
-        total += np.outer(full, full)
+        score, _ = summed(gradient[mine], curvature[mine], bench.take(mine))
+        total += np.outer(score, score)
     count = cluster.max() + 1
     robust = np.diag(inverse @ total @ inverse)[: len(free)] * count / max(count - 1, 1)
     white = np.diag(inverse)[: len(free)] * max(found.misfit, 1.0)

@@ -127,17 +127,11 @@ def _finally(
     """The nominal model and the named explanation, each fitted once more to everything there is."""
 
     def begin(fit: Refit) -> Point:
-        return dataclasses.replace(fit.point, starts=base.point.starts, levels=_levels(fit, base.bench))
+        return dataclasses.replace(fit.point, starts=base.point.starts)
 
     chosen = [found.nominal] if named is None else [found.nominal, named.refit]
     results = refit(model, base.bench, [begin(fit) for fit in chosen], [fit.free for fit in chosen])
     return results[0], results[-1]
-
-
-def _levels(fit: Refit, bench: Bench) -> np.ndarray:
-    levels = np.zeros(bench.runs)
-    levels[: len(fit.point.levels)] = fit.point.levels
-    return levels
 
 
 def _constants(problem: Problem, model: Model, bench: Bench, fit: Refit) -> tuple[Constant, ...]:

@@ -20,14 +20,12 @@ GAUGE = 1e-4
 
 @dataclasses.dataclass(frozen=True)
 class Bench:
-    """The lanes that hypotheses are judged on, and which run each belongs to (0 .. runs - 1)."""
+    """The lanes that hypotheses are judged on, which run each belongs to (0 .. runs - 1), and how many runs
+    the data set has, of which some may have no lane here."""
 
     lanes: Lanes
     run: np.ndarray
-
-    @property
-    def runs(self) -> int:
-        return int(self.run.max()) + 1
+    runs: int
 
     def dof(self) -> np.ndarray:
         """Residuals of every lane that count, less the three of its start."""
@@ -35,7 +33,7 @@ class Bench:
 
     def take(self, index: np.ndarray) -> Bench:
         """The bench with some of the lanes; runs keep their numbers."""
-        return Bench(self.lanes.take(index), self.run[index])
+        return Bench(self.lanes.take(index), self.run[index], self.runs)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -177,7 +175,7 @@ class _Search:
 
     def _prior(self, point: Point) -> tuple[float, np.ndarray, np.ndarray]:
         cost, gradient, _ = self.model.prior(point.coordinates, self.free)
-        curvature = prior_curvature(self.model, point.coordinates, self.free, self.bench.runs)
+        curvature = prior_curvature(self.model, point.coordinates, self.free, self.bench)
         pull = curvature[len(self.free) :, len(self.free) :] @ point.levels
         return cost + float(point.levels @ pull), np.concatenate([gradient, pull]), curvature
 
@@ -225,13 +223,14 @@ class _Search:
         )
 
 
-def prior_curvature(model: Model, coordinates: np.ndarray, free: np.ndarray, runs: int) -> np.ndarray:
-    """Curvature of the prior of the free unknowns and of every run's level. The levels' mean is held at zero:
-    the constants are those of the typical run."""
-    out = np.zeros((len(free) + runs, len(free) + runs))
-    n = len(free)
+def prior_curvature(model: Model, coordinates: np.ndarray, free: np.ndarray, bench: Bench) -> np.ndarray:
+    """Curvature of the prior of the free unknowns and of every run's level. The mean level of the runs that
+    have lanes is held at zero: the constants are those of the typical run."""
+    n, runs = len(free), bench.runs
+    out = np.zeros((n + runs, n + runs))
     out[:n, :n] = np.diag(model.prior(coordinates, free)[2])
-    out[n:, n:] = np.eye(runs) / LEVEL_TOLERANCE**2 + 1 / (runs * GAUGE) ** 2
+    present = np.isin(np.arange(runs), bench.run) / len(np.unique(bench.run))
+    out[n:, n:] = np.eye(runs) / LEVEL_TOLERANCE**2 + np.outer(present, present) / GAUGE**2
     return out
 
 

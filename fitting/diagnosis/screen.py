@@ -192,7 +192,7 @@ class _Table:
         np.add.at(curvature, (n + bench.run, n + bench.run), among[:, 0, 0])
         coupling[:n] = across[:, 1:].sum(0)
         np.add.at(coupling, n + bench.run, across[:, 0])
-        curvature += prior_curvature(model, at.point.coordinates, base, runs)
+        curvature += prior_curvature(model, at.point.coordinates, base, bench)
         curvature += np.diag(1e-12 * np.diag(curvature) + 1e-30)
         slope = np.linalg.solve(curvature, coupling)
         products = wanted.transpose(0, 2, 1) @ wanted

@@ -83,7 +83,7 @@ def closure(
     Constants and effects stay as fitted; every lane's start and every run's level are fitted anew.
     """
     test = bench.take(held.held)
-    points = {name: _there(fit.point, starts[held.held], test) for name, fit in fits.items()}
+    points = {name: dataclasses.replace(fit.point, starts=starts[held.held]) for name, fit in fits.items()}
     assumed = {name: getattr(problem.dataset.assumed, name) for name in CONSTANTS}
     if all(value is not None for value in assumed.values()):
         point = Point((), model.origin(assumed), np.zeros(test.runs), starts[held.held])
@@ -122,13 +122,6 @@ def share_closed(before: float, after: float, floor: float) -> float:
     """(before - after)/(before - floor); 0 where next to nothing can be closed."""
     reducible = before - floor
     return (before - after) / reducible if reducible > LEAST_REDUCIBLE else 0.0
-
-
-def _there(point: Point, starts: np.ndarray, test: Bench) -> Point:
-    levels = np.zeros(test.runs)
-    known = min(len(levels), len(point.levels))
-    levels[:known] = point.levels[:known]
-    return dataclasses.replace(point, starts=starts, levels=levels)
 
 
 def _interval(

@@ -116,10 +116,10 @@ def test_effects_and_freed_parameters_take_part_together(saved):
     heavy = dataclasses.replace(plan, rig=dataclasses.replace(RIG, mass=2.5))
     others = {name: blank | {"value": value} for name, value in null.items()}
     both = compare(
-        dataclasses.replace(saved, others=others | {"mass": blank | {"value": 2.5, "assumed": 2.38}}),
+        dataclasses.replace(saved, others=others | {"rig.mass": blank | {"value": 2.5, "assumed": 2.38}}),
         sheet(plan),
     )
-    assert both.others["mass"]["ratio"] == pytest.approx(2.5 / 2.38)
+    assert both.others["rig.mass"]["ratio"] == pytest.approx(2.5 / 2.38)
     (run,) = both.runs
     assert run.exchanged is not None and OTHERS in run.exchanged
     alone = compare(dataclasses.replace(saved, others={}), sheet(heavy)).runs[0]

@@ -239,7 +239,7 @@ def test_a_killed_sweep_goes_on_where_it_was(rig, tmp_path):
     assert f"{2 * (len(seen) - 1)} of 24 lanes are finished already" in words
     for name in ("sweep.json", "sweep.csv", "plots/amplitude.png"):
         assert (broken / name).read_bytes() == (whole / name).read_bytes()
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["broken", "cache", "rig.toml", "whole"]
+    assert {path.name for path in tmp_path.iterdir()} - {"cache"} == {"broken", "rig.toml", "whole"}
 
 
 def test_a_stopped_sweep_says_what_is_kept(rig, tmp_path, monkeypatch):
