@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -36,23 +37,24 @@ def account_for(problem: Problem, last: Stage, solution: Solution, progress: Pro
     """
     progress.stage("free runs", 2)
     coordinates, misfit = solution.coordinates, last.misfit
-    fitted = _joined(
-        last.segments, *misfit.predict(last.lanes, _each(coordinates, last.lanes), solution.starts)
-    )
+    pool = ThreadPoolExecutor(2)
+    pieces = pool.submit(misfit.predict, last.lanes, _each(coordinates, last.lanes), solution.starts)
     starts = [solution.starts[_first(last.segments, number)] for number in range(len(problem.chosen))]
     held = tuple(signal for signal in problem.signals if signal.run.hold_out)
-    segments, poor = [], np.zeros(0, bool)
+    segments, poor, fitted_held = [], np.zeros(0, bool), []
     if held:
         segments, lanes, best, poor = _held_out(problem, held, last, coordinates)
-        fitted += _joined(segments, *misfit.predict(lanes, _each(coordinates, lanes), best))
+        fitted_held = _joined(segments, *misfit.predict(lanes, _each(coordinates, lanes), best))
         starts += [best[_first(segments, number)] for number in range(len(held))]
     cuts = [*_cuts(last.segments, solution.weights < 0.5), *_cuts(segments, poor)]
-    progress.advance("segments")
-
     signals = (*problem.chosen, *held)
     whole = [Segment(number, 0, len(signal.run.time)) for number, signal in enumerate(signals)]
     records = lay_out(signals, whole, problem.dataset.rig, problem.scale.force, last.lanes.substeps)
-    free = _joined(whole, *misfit.predict(records, _each(coordinates, records), np.array(starts)))
+    through = pool.submit(misfit.predict, records, _each(coordinates, records), np.array(starts))
+    fitted = [*_joined(last.segments, *pieces.result()), *fitted_held]
+    progress.advance("segments")
+    free = _joined(whole, *through.result())
+    pool.shutdown()
     progress.advance("records")
     traces = [
         Trace(

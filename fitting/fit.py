@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -66,8 +67,9 @@ def _intervals(
 ) -> list[Interval]:
     unknowns, lanes = last.misfit.unknowns, last.lanes
     progress.stage("intervals", len(unknowns))
-    common = input_covariance(problem, last, solution, settings.seed)
-    whole = spread(last, solution).widened(common)
+    with ThreadPoolExecutor(2) as pool:
+        common = pool.submit(input_covariance, problem, last, solution, settings.seed)
+        whole = spread(last, solution).widened(common.result())
     robust = Robust.around(solution.linear.cost, lanes.counted())
     out = []
     for index, name in enumerate(unknowns.names):
