@@ -37,7 +37,7 @@ def sentence(model: Model, judgement: Judgement, shrunk: Closure, where: Where) 
         )
     if judgement.verdict == "effect":
         p = judgement.effects[judgement.named[0]]
-        return f"{titles[0]} causes the gap (probability {p:.2f}); {closed}."
+        return f"The gap comes from {titles[0]}, with probability {p:.2f}; {closed}."
     if judgement.verdict == "several":
         return f"{' and '.join(titles)} act together; {closed.replace('it closes', 'together they close')}."
     return (
@@ -47,7 +47,8 @@ def sentence(model: Model, judgement: Judgement, shrunk: Closure, where: Where) 
 
 
 def _title(model: Model, key: str) -> str:
-    return f"{model.shelf.effects[key].card.title} ({key})"
+    title = model.shelf.effects[key].card.title
+    return f"{key} ({title[0].lower()}{title[1:]})"
 
 
 def _largest(parts, count: int) -> list[tuple[str, float]]:
