@@ -24,6 +24,11 @@ LEAST_INFLATION = 2.0
 UNLISTED_SHARE = 0.12
 """The share of the excess that an effect off the shelf is taken to leave: a listed one that leaves far more
 is not the cause."""
+OTHER_SHAPE = 0.03
+"""The share of the excess that the right effect may leave because it has another shape than on the shelf:
+what a second effect makes of no more than that is no evidence for it, unless the two leave nothing but
+noise."""
+CLEAN = 1.1
 UNLISTED_FLOOR = 1.05
 UNLISTED_PARAMETERS = 6
 PRIOR = {"none": 0.3, "unlisted": 0.08, "single": 0.5, "pair": 0.12}
@@ -78,10 +83,14 @@ def judge(
         weight(unlisted, UNLISTED_PARAMETERS, PRIOR[UNLISTED]),
     ]
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
+    alone = min((account.misfit for account in accounts if len(account.keys) == 1), default=nominal)
+    suffices = alone < 1 + OTHER_SHAPE * (nominal - 1)
     for account in accounts:
-        prior = PRIOR["single"] / len(shelf) if len(account.keys) == 1 else PRIOR["pair"] / pairs
+        single = len(account.keys) == 1
+        prior = PRIOR["single"] / len(shelf) if single else PRIOR["pair"] / pairs
+        needless = suffices and not single and account.misfit > CLEAN
         names.append("+".join(account.keys))
-        logs.append(weight(account.misfit, account.parameters, prior))
+        logs.append(weight(alone if needless else account.misfit, account.parameters, prior))
     share = np.exp(np.array(logs) - max(logs))
     share = (1 - DOUBT) * share / share.sum() + DOUBT / len(share)
     explanations = dict(zip(names, share.tolist(), strict=True))

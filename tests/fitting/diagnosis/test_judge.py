@@ -52,6 +52,15 @@ def test_a_pair_is_named_where_one_alone_leaves_a_gap():
     assert (alone.verdict, alone.named) == ("effect", (SHELF[0],))
 
 
+def test_a_second_effect_that_mends_the_shape_of_the_first_is_not_named():
+    pair = Account((SHELF[0], SHELF[1]), 3.0, 2)
+    found = judge(400.0, [account(0, 7.0), account(1, 300.0), pair], SAMPLES, 1.5, SHELF)
+    assert (found.verdict, found.named) == ("effect", (SHELF[0],))
+    clean = Account((SHELF[0], SHELF[1]), 1.0, 2)
+    found = judge(400.0, [account(0, 7.0), account(1, 300.0), clean], SAMPLES, 1.5, SHELF)
+    assert found.verdict == "several"
+
+
 def test_more_parameters_cost_more():
     cheap = judge(1.05, [account(0, 1.0, 1), account(1, 1.0, 4)], SAMPLES, 2.0, SHELF)
     assert cheap.effects[SHELF[0]] > 100 * cheap.effects[SHELF[1]]
