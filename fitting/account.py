@@ -44,16 +44,16 @@ def account_for(problem: Problem, last: Stage, solution: Solution, progress: Pro
     segments, poor, fitted_held = [], np.zeros(0, bool), []
     if held:
         segments, lanes, best, poor = _held_out(problem, held, last, coordinates)
-        fitted_held = _joined(segments, *misfit.predict(lanes, _each(coordinates, lanes), best))
+        fitted_held = joined(segments, *misfit.predict(lanes, _each(coordinates, lanes), best))
         starts += [best[_first(segments, number)] for number in range(len(held))]
     cuts = [*_cuts(last.segments, solution.weights < 0.5), *_cuts(segments, poor)]
     signals = (*problem.chosen, *held)
     whole = [Segment(number, 0, len(signal.run.time)) for number, signal in enumerate(signals)]
     records = lay_out(signals, whole, problem.dataset.rig, problem.scale.force, last.lanes.substeps)
     through = pool.submit(misfit.predict, records, _each(coordinates, records), np.array(starts))
-    fitted = [*_joined(last.segments, *pieces.result()), *fitted_held]
+    fitted = [*joined(last.segments, *pieces.result()), *fitted_held]
     progress.advance("segments")
-    free = _joined(whole, *through.result())
+    free = joined(whole, *through.result())
     pool.shutdown()
     progress.advance("records")
     traces = [
@@ -117,7 +117,7 @@ def _each(coordinates: np.ndarray, lanes: Lanes) -> np.ndarray:
     return np.broadcast_to(coordinates, (len(lanes), len(coordinates)))
 
 
-def _joined(
+def joined(
     segments: Sequence[Segment], displacement: np.ndarray, friction: np.ndarray
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Displacement and friction of every run, its segments put end to end."""

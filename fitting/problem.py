@@ -127,6 +127,11 @@ def _constants(scale: Scales) -> list[Unknown]:
     ]
 
 
+def natural_size(unit: str, scale: Scales, period: float) -> float:
+    """What a unit amounts to on this rig: newtons are its friction, metres its stroke, seconds its period."""
+    return size_of(unit, scale.force, scale.displacement, period)
+
+
 def _of_effects(hypothesis: Hypothesis, scale: Scales, period: float) -> list[Unknown]:
     """The parameters of the effects that take part, bounded by what their units amount to on this rig;
     shapes, which have no null, are searched as logarithms around their typical size."""
@@ -134,7 +139,7 @@ def _of_effects(hypothesis: Hypothesis, scale: Scales, period: float) -> list[Un
     for key, effect in hypothesis.effects.items():
         for place in parameters(effect):
             kind, name = place.parameter, f"{key}.{place.path[-1]}"
-            natural = size_of(kind.unit, scale.force, scale.displacement, period)
+            natural = natural_size(kind.unit, scale, period)
             if kind.null is not None:
                 lower, upper = max(kind.lower, -3 * natural), min(kind.upper, 3 * natural)
                 found.append(Unknown(name, kind.unit, lower, upper, "linear", natural))
@@ -152,8 +157,7 @@ def _at_typical(
     out = {}
     for key, effect in effects.items():
         shapes = {
-            place.path[-1]: place.parameter.typical
-            * size_of(place.parameter.unit, scale.force, scale.displacement, period)
+            place.path[-1]: place.parameter.typical * natural_size(place.parameter.unit, scale, period)
             for place in parameters(effect)
             if place.parameter.null is None and place.parameter.typical
         }

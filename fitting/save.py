@@ -33,8 +33,8 @@ def fit_content(fit: Fit, dataset: DataSet) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "outcome": fit.outcome,
-        "constants": {constant.name: _entry(constant) for constant in fit.constants},
-        "others": {constant.name: _entry(constant) for constant in fit.others},
+        "constants": {constant.name: constant_entry(constant) for constant in fit.constants},
+        "others": {constant.name: constant_entry(constant) for constant in fit.others},
         "gap": {"runs": [_gap(gap) for gap in fit.gaps], "chi2_per_sample": fit.chi2_per_sample},
         "free_run": [
             {
@@ -69,7 +69,8 @@ def fit_content(fit: Fit, dataset: DataSet) -> dict[str, Any]:
     }
 
 
-def _entry(constant: Constant) -> dict[str, Any]:
+def constant_entry(constant: Constant) -> dict[str, Any]:
+    """A constant as it stands in fit.json and diagnosis.json."""
     entry = {
         "value": constant.value,
         "low": constant.low,

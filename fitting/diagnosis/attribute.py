@@ -92,17 +92,11 @@ def _refitted(
     results = refit(model, bench, points, frees, progress=lambda: progress.advance())
     best: dict[str, Explanation] = {}
     for promise, result in zip(owners, results, strict=True):
-        keys = (*_named(model, base), promise.key)
+        keys = (*model.free_effects(base.free), promise.key)
         rival = best.get(promise.key)
         if rival is None or result.misfit < rival.refit.misfit:
             best[promise.key] = Explanation(keys, promise, result)
     return list(best.values())
-
-
-def _named(model: Model, base: Refit) -> tuple[str, ...]:
-    """The effects that are free in a refit; its point may have others attached at null."""
-    names = {model.names[i].partition(".")[0] for i in base.free}
-    return tuple(key for key in model.shelf.effects if key in names)
 
 
 def _begin(model: Model, base: Refit, promise: Promise, share: float, keys: tuple[str, ...]) -> Point:
@@ -122,8 +116,7 @@ def _pairs(
     out: list[Explanation] = []
     for leader in leaders:
         seen = screen(model, bench, leader.refit)
-        own = [promise for promise in seen.promises if promise.key not in leader.keys]
-        out += _refitted(model, bench, leader.refit, own[:SHORT_LIST_OF_SECONDS], progress)
+        out += _refitted(model, bench, leader.refit, seen.promises[:SHORT_LIST_OF_SECONDS], progress)
     unique: dict[frozenset[str], Explanation] = {}
     for pair in out:
         rival = unique.get(frozenset(pair.keys))

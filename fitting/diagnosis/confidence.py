@@ -5,8 +5,17 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import t as student
 
-from fitting.diagnosis.model import COLUMNS, Model
-from fitting.diagnosis.refit import Bench, Point, Refit, chosen_columns, job, prior_curvature, summed
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import (
+    Bench,
+    Point,
+    Projection,
+    Refit,
+    chosen_columns,
+    job,
+    prior_curvature,
+    summed,
+)
 
 CLUSTER = 3
 """So many neighbouring lanes of a run share their errors."""
@@ -42,9 +51,7 @@ def deviations(model: Model, bench: Bench, found: Refit) -> tuple[np.ndarray, fl
 def _scores(model: Model, bench: Bench, point: Point, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """J'r and J'J of level and free unknowns of every lane, its start eliminated."""
     (columns,) = model.columns([job(bench, point, chosen_columns(free, model.level, len(bench.lanes)))])
-    own, start = columns.jacobian[:, :, : 1 + len(free)], columns.jacobian[:, :, COLUMNS:]
-    basis, _ = np.linalg.qr(start)
-    own = own - basis @ (basis.transpose(0, 2, 1) @ own)
+    own = Projection(columns)(columns.jacobian[:, :, : 1 + len(free)])
     gradient = np.einsum("lrc,lr->lc", own, columns.residual)
     return gradient, own.transpose(0, 2, 1) @ own
 

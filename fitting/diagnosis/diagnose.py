@@ -9,11 +9,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fitting.account import joined
 from fitting.diagnosis.attribute import Attribution, Explanation, attribute
 from fitting.diagnosis.base import Ground, ground
 from fitting.diagnosis.confidence import deviations
 from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter, Trace
-from fitting.diagnosis.localise import localise, residual_force, see
+from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point, Refit, refit
 from fitting.diagnosis.settings import DiagnosisSettings
@@ -22,6 +23,7 @@ from fitting.diagnosis.words import advice, notes, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
 from fitting.result import Constant
+from fitting.segments import Segment
 from fitting.settings import Settings
 from jaxstick.record import CONSTANTS, DataSet
 
@@ -65,13 +67,16 @@ def diagnose(
     progress.advance()
     before, after = _finally(model, base, found, named)
     progress.advance()
-    where = localise(problem, model, base.bench, base.segments, before, found)
-    force = residual_force(problem, model, base.bench, base.segments, before.point)
-    constants_before = _constants(problem, model, base.bench, before)
+    seen_before, seen_after = (see(model, base.bench, fit.point) for fit in (before, after))
+    where = localise(problem, model, base.bench, base.segments, before, seen_before, found)
+    force = residual_force(problem, base.segments, seen_before)
+    spread = deviations(model, base.bench, before)
+    constants_before = _constants(problem, model, before, *spread)
     constants, effects = constants_before, {}
-    if named is not None and named.keys:
-        constants = _constants(problem, model, base.bench, after)
-        effects = _effects(model, base.bench, after, named.keys)
+    if named is not None:
+        spread = deviations(model, base.bench, after)
+        constants = _constants(problem, model, after, *spread)
+        effects = _effects(model, after, named.keys, *spread)
     candidates = _candidates(model, found)
     progress.advance()
     judgement = found.judgement
@@ -89,7 +94,7 @@ def diagnose(
         effects=effects,
         constants=constants,
         constants_before=constants_before,
-        traces=_traces(problem, model, base, held, before, after),
+        traces=_traces(problem, base.segments, held, seen_before, seen_after),
         cards={key: model.shelf.effects[key].card for key in mentioned},
         next_experiment=advice(problem, model, found, bench),
         notes=notes(problem, found, where, held),
@@ -101,8 +106,7 @@ def diagnose(
 
 
 def _named(found: Attribution) -> Explanation | None:
-    """The explanation that the verdict rests on: the likeliest of what it names; where it names nothing, but
-    the gap is real, the best one for comparison stays unnamed."""
+    """The explanation that the verdict rests on, the likeliest of what it names; None for nothing named."""
     named = found.judgement.named
     if not named:
         return None
@@ -134,13 +138,15 @@ def _finally(
     return results[0], results[-1]
 
 
-def _constants(problem: Problem, model: Model, bench: Bench, fit: Refit) -> tuple[Constant, ...]:
-    spread, quantile = deviations(model, bench, fit)
+def _constants(
+    problem: Problem, model: Model, fit: Refit, spread: np.ndarray, quantile: float
+) -> tuple[Constant, ...]:
     out = []
-    for index, name in zip(fit.free, (model.names[i] for i in fit.free), strict=True):
+    for index, deviation in zip(fit.free.tolist(), spread.tolist(), strict=True):
+        name = model.names[index]
         if name not in CONSTANTS:
             continue
-        value, low, high = _bounds(model, fit, index, float(spread[list(fit.free).index(index)]), quantile)
+        value, low, high = _bounds(model, fit, index, deviation, quantile)
         out.append(
             Constant(
                 name=name,
@@ -156,16 +162,17 @@ def _constants(problem: Problem, model: Model, bench: Bench, fit: Refit) -> tupl
     return tuple(out)
 
 
-def _effects(model: Model, bench: Bench, fit: Refit, keys: Sequence[str]) -> dict[str, tuple[Parameter, ...]]:
-    spread, quantile = deviations(model, bench, fit)
+def _effects(
+    model: Model, fit: Refit, keys: Sequence[str], spread: np.ndarray, quantile: float
+) -> dict[str, tuple[Parameter, ...]]:
     deviation = dict(zip(fit.free.tolist(), spread.tolist(), strict=True))
     out = {}
     for key in keys:
         own = []
-        for index in model.of(key):
+        for index in model.of(key).tolist():
             if index not in deviation:
                 continue
-            value, low, high = _bounds(model, fit, int(index), deviation[index], quantile)
+            value, low, high = _bounds(model, fit, index, deviation[index], quantile)
             name = model.names[index].partition(".")[2]
             own.append(Parameter(name, value, low, high, model.members[index].unit))
         out[key] = tuple(own)
@@ -238,32 +245,25 @@ def _likeness(found: Attribution, bench: Bench) -> tuple[Likeness, ...]:
 
 
 def _traces(
-    problem: Problem, model: Model, base: Ground, held: Split, before: Refit, after: Refit
+    problem: Problem, segments: Sequence[Segment], held: Split, before: Seen, after: Seen
 ) -> tuple[Trace, ...]:
-    first, last = (see(model, base.bench, fit.point) for fit in (before, after))
-    held_runs = set(held.files)
+    motions = (joined(segments, seen.read_displacement, seen.read_friction) for seen in (before, after))
     out = []
-    for number, signal in enumerate(problem.chosen):
-        mine = np.flatnonzero(base.bench.run == number)
-        spans = [base.segments[lane].last - base.segments[lane].first for lane in mine]
-
-        def joined(values: np.ndarray, mine: np.ndarray = mine, spans: list[int] = spans) -> np.ndarray:
-            return np.concatenate([values[lane, :span] for lane, span in zip(mine, spans, strict=True)])
-
+    for signal, first, last in zip(problem.chosen, *motions, strict=True):
         run = signal.run
         out.append(
             Trace(
                 file=run.file,
-                held_out=run.file in held_runs,
+                held_out=run.file in held.files,
                 time=run.time,
                 base=signal.base,
                 velocity=signal.velocity,
                 displacement=run.displacement,
                 friction=run.friction,
-                before_displacement=joined(first.read_displacement),
-                before_friction=joined(first.read_friction),
-                after_displacement=joined(last.read_displacement),
-                after_friction=joined(last.read_friction),
+                before_displacement=first[0],
+                before_friction=first[1],
+                after_displacement=last[0],
+                after_friction=last[1],
                 displacement_noise=signal.displacement_noise,
                 friction_noise=signal.friction_noise,
             )

@@ -69,10 +69,10 @@ class Parameter:
 class Candidate:
     """One effect (or several together) as an explanation.
 
-    keys: the effects; score: the fall of chi-square that the linearised model promises; predicted: their
-    strengths by that promise, as shares of their typical sizes; misfit: chi-square per degree of freedom
-    after the refit on the runs that were fitted; closed: the share of the reducible gap that it closes there;
-    detection_limit: the strength [own unit] that these records would show in nine of ten cases.
+    keys: the effects; score: the fall of chi-square that the linearised model promises; misfit: chi-square
+    per degree of freedom after the refit on the runs that were fitted; closed: the share of the reducible gap
+    that it closes there; detection_limit: the strength [own unit] that these records would show in nine of
+    ten cases.
     """
 
     keys: tuple[str, ...]

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from fitting.account import joined
 from fitting.diagnosis.attribute import Attribution
 from fitting.diagnosis.findings import ResidualForce, Where
 from fitting.diagnosis.model import Model
@@ -65,15 +66,15 @@ def localise(
     bench: Bench,
     segments: Sequence[Segment],
     nominal: Refit,
+    seen: Seen,
     found: Attribution,
 ) -> Where:
-    """The excess under the nominal model as fitted to the bench, split by channel, phase, direction, run,
-    harmonic, time and side.
+    """The excess under the nominal model as fitted to the bench and `seen` there, split by channel, phase,
+    direction, run, harmonic, time and side.
 
     A part that has less than its share of noise counts as zero; of a lane far above the typical one only so
     much counts as still goes for typical.
     """
-    seen = see(model, bench, nominal.point)
     counted = seen.counts[:, :, None] & (_weights(bench) > 0)
     squares = np.stack([seen.displacement, seen.friction], axis=2) ** 2
     dof = counted.sum(axis=(1, 2)) - 3.0
@@ -92,7 +93,7 @@ def localise(
         run=shares(
             {signal.run.file: over[bench.run == number].sum() for number, signal in enumerate(problem.chosen)}
         ),
-        harmonic=_harmonics(problem, segments, seen, bench, over),
+        harmonic=_harmonics(problem, segments, seen, over),
         time=_by_time(problem, segments, over),
         side=_sides(model, found),
         excess=float(by_lane.sum()) / total,
@@ -142,21 +143,17 @@ def _around(marks: np.ndarray, reach: int) -> np.ndarray:
 
 
 def _harmonics(
-    problem: Problem, segments: Sequence[Segment], seen: Seen, bench: Bench, over: np.ndarray
+    problem: Problem, segments: Sequence[Segment], seen: Seen, over: np.ndarray
 ) -> dict[str, float]:
     """The excess at multiples of the drive's frequency, both channels together; "rest" is all else."""
     parts = {str(order): 0.0 for order in range(1, ORDERS + 1)}
-    for number, signal in enumerate(problem.chosen):
+    runs = joined(segments, seen.displacement, seen.friction)
+    for signal, channels in zip(problem.chosen, runs, strict=True):
         cycle = cycle_of(signal.run)
-        mine = np.flatnonzero(bench.run == number).tolist()
-        if cycle is None or not mine:
+        if cycle is None:
             continue
-        time = np.concatenate([signal.run.time[segments[lane].first : segments[lane].last] for lane in mine])
-        angle = 2 * math.pi * cycle.frequency * time
-        for channel in (seen.displacement, seen.friction):
-            series = np.concatenate(
-                [channel[lane, : segments[lane].last - segments[lane].first] for lane in mine]
-            )
+        angle = 2 * math.pi * cycle.frequency * signal.run.time
+        for series in channels:
             for order in range(1, ORDERS + 1):
                 line = np.mean(series * np.exp(-1j * order * angle))
                 parts[str(order)] += max(2 * len(series) * float(abs(line)) ** 2 - 2.0, 0.0)
@@ -186,30 +183,16 @@ def _sides(model: Model, found: Attribution) -> dict[str, float]:
     return shares({family: value**SHARPNESS for family, value in closed.items()})
 
 
-def residual_force(
-    problem: Problem, model: Model, bench: Bench, segments: Sequence[Segment], point: Point
-) -> ResidualForce:
+def residual_force(problem: Problem, segments: Sequence[Segment], seen: Seen) -> ResidualForce:
     """The force that the equation of motion, closed with the measured motion, asks for beyond the friction of
-    the fitted nominal model."""
-    seen = see(model, bench, point)
+    the fitted nominal model, which is `seen` in its segments."""
+    runs = joined(segments, seen.force, seen.velocity)
     rows = []
-    for number, signal in enumerate(problem.chosen):
+    for number, (signal, (friction, _)) in enumerate(zip(problem.chosen, runs, strict=True)):
         needed, _ = balance(signal)
-        for lane in np.flatnonzero(bench.run == number).tolist():
-            segment = segments[lane]
-            own = slice(segment.first, segment.last)
-            count = segment.last - segment.first
-            rows.append(
-                np.stack(
-                    [
-                        needed[own] - seen.force[lane, :count],
-                        signal.run.displacement[own],
-                        signal.velocity[own],
-                        signal.run.time[own],
-                        np.full(count, number),
-                    ]
-                )
-            )
+        run = signal.run
+        moving = (run.displacement, signal.velocity, run.time, np.full(len(run.time), number))
+        rows.append(np.stack([needed - friction, *moving]))
     force, x, v, time, run = np.concatenate(rows, axis=1)
     resting = np.abs(v) < AT_REST * np.max(np.abs(v))
     return ResidualForce(force, x, v, time, run.astype(int), resting, _sketch(force, x, v))

@@ -17,14 +17,13 @@ import numpy as np
 from jaxtyping import Array
 
 from fitting.lanes import Lanes, lane_motion, lane_residual
-from fitting.problem import Problem
+from fitting.problem import Problem, natural_size
 from fitting.unknowns import Chart, Unknown
 from jaxstick.catalogue import catalogue
 from jaxstick.compiled import OPTIONS
 from jaxstick.effect import AbstractEffect
 from jaxstick.hypothesis import Hypothesis, effects_at_null
 from jaxstick.parameter import Place, parameters
-from jaxstick.sizes import size_of
 
 GROUP = 12
 COLUMNS = 14
@@ -126,6 +125,11 @@ class Model:
     def index(self, *names: str) -> np.ndarray:
         """The places of unknowns among the coordinates."""
         return np.array([self.names.index(name) for name in names], int)
+
+    def free_effects(self, free: np.ndarray) -> tuple[str, ...]:
+        """The effects that have a parameter among these unknowns."""
+        names = {self.names[i].partition(".")[0] for i in free}
+        return tuple(key for key in self.shelf.effects if key in names)
 
     def of(self, key: str) -> np.ndarray:
         """The places of an effect's unknowns, strengths first."""
@@ -239,7 +243,7 @@ def _rig_unknowns(problem: Problem) -> list[Unknown]:
 
 def _effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Problem) -> Unknown:
     kind = place.parameter
-    natural = size_of(kind.unit, problem.scale.force, problem.scale.displacement, problem.period)
+    natural = natural_size(kind.unit, problem.scale, problem.period)
     if kind.null is not None:
         scale = (kind.typical or 1.0) * natural
         lower, upper = max(kind.lower, -FAR * scale), min(kind.upper, FAR * scale)

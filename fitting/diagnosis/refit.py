@@ -105,6 +105,16 @@ def normal(columns: Columns) -> tuple[np.ndarray, np.ndarray]:
     return gradient, jacobian.transpose(0, 2, 1) @ jacobian
 
 
+class Projection:
+    """Takes out of values (lanes, rows, ..) what every lane's start can make of them."""
+
+    def __init__(self, columns: Columns) -> None:
+        self._basis, _ = np.linalg.qr(columns.jacobian[:, :, COLUMNS:])
+
+    def __call__(self, values: np.ndarray) -> np.ndarray:
+        return values - self._basis @ (self._basis.transpose(0, 2, 1) @ values)
+
+
 def chosen_columns(free: np.ndarray, level: int, lanes: int) -> np.ndarray:
     """What the program differentiates by: the level of friction first, then the free unknowns."""
     row = np.full(COLUMNS, -1)

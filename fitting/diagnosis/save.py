@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from fitting.against import against
 from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter, Shares, Where
-from fitting.result import Constant
+from fitting.save import constant_entry
 from jaxstick.output import OutputFolder
 from jaxstick.record import DataSet
 from jaxstick.version import version
@@ -76,20 +75,6 @@ def closed_by(diagnosis: Diagnosis, key: str) -> float | None:
     if key in diagnosis.closed_alone:
         return diagnosis.closed_alone[key]
     return diagnosis.closure.closed if tuple(diagnosis.effects) == (key,) else None
-
-
-def constant_entry(constant: Constant) -> dict[str, Any]:
-    """A constant as in fit.json."""
-    entry = {
-        "value": constant.value,
-        "low": constant.low,
-        "high": constant.high,
-        "unit": constant.unit,
-        "identifiable": constant.identifiable,
-        "standard_error": constant.standard_error,
-        "method": constant.method,
-    }
-    return against(entry, constant.assumed)
 
 
 def _where(where: Where) -> dict[str, Any]:

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import qmc
 
-from fitting.diagnosis.model import COLUMNS, Columns, Job, Model
-from fitting.diagnosis.refit import Bench, Refit, prior_curvature
+from fitting.diagnosis.model import COLUMNS, Job, Model
+from fitting.diagnosis.refit import Bench, Projection, Refit, prior_curvature
 
 SHAPES = 15
 REACH = 2.5
@@ -51,8 +51,7 @@ class Screen:
 def screen(model: Model, bench: Bench, at: Refit, *, own_group: bool = False) -> Screen:
     """Screens every effect that is not part of the fitted hypothesis yet; where `own_group`, only those that
     are attached to it already, which needs no further program."""
-    names = {model.names[i].partition(".")[0] for i in at.free}
-    present = tuple(key for key in model.shelf.effects if key in names)
+    present = model.free_effects(at.free)
     among = [group for group in model.groups() if not own_group or set(group) <= set(at.point.keys)]
     groups = [tuple(key for key in group if key not in present) for group in among]
     groups = [group for group in groups if group]
@@ -150,23 +149,13 @@ def _templates(
     root = np.sqrt(at.weights)[:, None, None]
     for (number, width), columns in zip(owners, model.columns(jobs), strict=True):
         if project is None:
-            project = _Projection(columns)
+            project = Projection(columns)
             parts[0].append(project(columns.jacobian[:, :, :width] * root))
             residual = project(columns.residual[:, :, None] * root)
         else:
             parts[number].append(project(columns.jacobian[:, :, :width] * root))
     common = np.concatenate([*parts[0], residual], axis=2)
     return common, [np.concatenate(own, axis=2) for own in parts[1:]]
-
-
-class _Projection:
-    """Takes out of columns what a lane's start can make of them."""
-
-    def __init__(self, columns: Columns) -> None:
-        self._basis, _ = np.linalg.qr(columns.jacobian[:, :, COLUMNS:])
-
-    def __call__(self, values: np.ndarray) -> np.ndarray:
-        return values - self._basis @ (self._basis.transpose(0, 2, 1) @ values)
 
 
 class _Table:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -51,7 +51,7 @@ def _title(model: Model, key: str) -> str:
     return f"{key} ({title[0].lower()}{title[1:]})"
 
 
-def _largest(parts, count: int) -> list[tuple[str, float]]:
+def _largest(parts: Mapping[str, float], count: int) -> list[tuple[str, float]]:
     return sorted(parts.items(), key=lambda part: -part[1])[:count]
 
 
@@ -116,7 +116,7 @@ def steps_taken(
     lanes = base.bench.lanes
     samples = int(lanes.displacement.shape[1])
     apart = ", ".join(held.files) if held.files else "every third stretch of segments"
-    tried = _count(found.screen.keys)
+    tried = len(found.screen.keys)
     refitted = [e for e in found.explanations if len(e.keys) == 1]
     pairs = len(found.explanations) - len(refitted)
     out = [
@@ -136,7 +136,3 @@ def steps_taken(
             f"By clusters of segments, scores vary {found.inflation:.2f} times as much as white noise."
         )
     return tuple(out)
-
-
-def _count(items: Sequence[str]) -> int:
-    return len(items)
