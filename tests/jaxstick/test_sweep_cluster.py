@@ -18,7 +18,7 @@ from click.testing import CliRunner
 from jaxstick import cli
 
 dask = pytest.importorskip("dask")
-cluster = pytest.importorskip("jaxstick.sweeps.cluster")
+workers = pytest.importorskip("jaxstick.sweeps.workers")
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -146,7 +146,7 @@ def test_a_worker_that_is_killed_costs_nothing(launch, scheduler, tmp_path):
 
 
 def test_a_scheduler_without_workers_is_one_sentence(scheduler, tmp_path, monkeypatch):
-    monkeypatch.setattr(cluster, "PATIENCE", 0.5)
+    monkeypatch.setattr(workers, "PATIENCE", 0.5)
     rig = tmp_path / "rig.toml"
     rig.write_text(RIG, encoding="utf-8")
     out = tmp_path / "out"

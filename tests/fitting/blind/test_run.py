@@ -240,5 +240,5 @@ def test_on_a_cluster(cases, monkeypatch):
     assert found.new == 1
     assert found.failed["case-0002"] == "The motion was lost."
     with pytest.raises(UserError, match="no Dask scheduler answers"):
-        monkeypatch.setattr(cluster, "PATIENCE", 0.3)
+        monkeypatch.setattr("jaxstick.sweeps.workers.PATIENCE", 0.3)
         ran(cases, seed=7, scheduler="tcp://127.0.0.1:1")
