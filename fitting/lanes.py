@@ -16,7 +16,7 @@ from jaxtyping import Array, Float
 from fitting.unknowns import Chart, Unknowns
 from jaxstick.compiled import OPTIONS
 from jaxstick.hypothesis import Hypothesis
-from jaxstick.oscillator import Start
+from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parameter import find, replace
 from jaxstick.parts.drive import RecordedDrive
 from jaxstick.simulate import Grid, Trajectory, march
@@ -64,7 +64,7 @@ class Lanes(eqx.Module):
         return jax.tree.map(lambda leaf: np.asarray(leaf)[index], self)
 
 
-def lane_oscillator(hypothesis: Hypothesis, lane: Lanes) -> Any:
+def lane_oscillator(hypothesis: Hypothesis, lane: Lanes) -> Oscillator:
     """The oscillator of one lane: the hypothesis with the lane's own rig and drive."""
     shifted = {
         f"rig.{name}": find(hypothesis.nominal, f"rig.{name}").of(hypothesis.nominal) + shift
@@ -75,12 +75,12 @@ def lane_oscillator(hypothesis: Hypothesis, lane: Lanes) -> Any:
     return eqx.tree_at(lambda h: h.nominal, hypothesis, nominal).oscillator()
 
 
-def lane_motion(hypothesis: Hypothesis, lane: Lanes, start: Array) -> Trajectory:
-    """The motion along one lane from a start."""
+def lane_motion(oscillator: Oscillator, lane: Lanes, start: Array) -> Trajectory:
+    """The motion of a lane's oscillator along it from a start."""
     origin, interval = jnp.asarray(lane.start_time), jnp.asarray(lane.interval)
     grid = Grid(origin, interval, lane.displacement.shape[-1], lane.substeps)
     begin = Start(start[0], start[1], start[2], jnp.asarray(lane.rest), jnp.asarray(lane.impulse))
-    return march(lane_oscillator(hypothesis, lane), begin, grid)
+    return march(oscillator, begin, grid)
 
 
 def lane_residual(lane: Lanes, motion: Trajectory, start: Array) -> Array:
@@ -191,7 +191,7 @@ def _jacobian(
     n = len(chart.names)
 
     def residual(point: Array) -> tuple[Array, Array]:
-        motion = lane_motion(chart.insert(hypothesis, point[:n]), lane, point[n:])
+        motion = lane_motion(lane_oscillator(chart.insert(hypothesis, point[:n]), lane), lane, point[n:])
         value = lane_residual(lane, motion, point[n:])
         return value, value
 
@@ -217,7 +217,7 @@ def _follow(
 
     def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array, Array, Array, Array]:
         def both(point: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-            motion = lane_motion(chart.insert(hypothesis, point[:n]), lane, point[n:])
+            motion = lane_motion(lane_oscillator(chart.insert(hypothesis, point[:n]), lane), lane, point[n:])
             values = lane_residual(lane, motion, point[n:]), lane_end(lane, motion)
             return values, values
 
@@ -253,7 +253,7 @@ def _predict(
     hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array
 ) -> tuple[Array, Array]:
     def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array]:
-        motion = lane_motion(chart.insert(hypothesis, coordinates), lane, start)
+        motion = lane_motion(lane_oscillator(chart.insert(hypothesis, coordinates), lane), lane, start)
         return motion.displacement, motion.friction
 
     return jax.vmap(one)(lanes, coordinates, starts)

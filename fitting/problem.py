@@ -15,6 +15,7 @@ from fitting.unknowns import Unknown, Unknowns
 from jaxstick.effect import AbstractEffect
 from jaxstick.errors import UserError
 from jaxstick.hypothesis import Hypothesis, effects_at_null
+from jaxstick.noise import noise_levels
 from jaxstick.nominal import nominal
 from jaxstick.parameter import find, parameters, replace
 from jaxstick.parts.drive import SineDrive
@@ -62,7 +63,8 @@ def pose(dataset: DataSet, settings: Settings) -> Problem:
                 f"{run.file}: {len(run.time)} samples are fewer than the {LEAST_SAMPLES} of a segment; "
                 "record longer or take the run out of rig.toml."
             )
-    signals = tuple(read_signals(run, dataset.noise) for run in dataset.runs)
+    noise = noise_levels(dataset)
+    signals = tuple(read_signals(run, noise) for run in dataset.runs)
     chosen = tuple(signal for signal in signals if not signal.run.hold_out)
     scale = scales(chosen)
     first = opening(chosen, scale)

@@ -108,9 +108,10 @@ def _refinement(signal: Signals) -> int:
 
 
 def _drive_pieces(signal: Signals, refine: int) -> tuple[np.ndarray, np.ndarray]:
-    """Cubic coefficients of base and force on a grid `refine` times finer than the samples."""
+    """Cubic coefficients of base and force on a grid `refine` times finer than the samples, which goes on for
+    one sample after the last."""
     time = signal.run.time
-    knots = time[0] + signal.run.interval / refine * np.arange((len(time) - 1) * refine + 1)
+    knots = time[0] + signal.run.interval / refine * np.arange(len(time) * refine + 1)
     if _refinement(signal) > 1:
         base = CubicSpline(knots, excitation(signal.run, knots)[0])
     else:

@@ -52,7 +52,8 @@ class Signals:
 
 
 def read_signals(run: Run, noise: Noise) -> Signals:
-    """The signals of a run; noise levels that are not stated are estimated from its own samples."""
+    """The signals of a run whose channels are that noisy; a level that is not given is estimated from the
+    run's own samples."""
     dt = run.interval
     displacement_noise = noise.displacement or estimate_noise(run.displacement)
     friction_noise = None

@@ -26,6 +26,9 @@ from jaxstick.record import CHANNEL_NAMES, DataSet, Noise
 ORDERS = range(2, 11)
 """Orders of difference that are tried."""
 
+MOST = 0.7
+"""Slower noise than of this correlation cannot be told from motion."""
+
 COLOURED = 0.5
 """Noise whose neighbouring samples correlate by more than this is not white."""
 
@@ -100,8 +103,9 @@ def noise_summary(dataset: DataSet) -> tuple[ChannelNoise, ...]:
 def noise_levels(dataset: DataSet) -> Noise:
     """Each recorded channel's standard deviation: as stated, else the median of what its runs show.
 
-    What is found is at least RELATIVE_FLOOR of the channel's half range. None for a channel that no run
-    recorded.
+    What is found allows for neighbouring samples that correlate in every run (motion that passes for noise
+    does so in some), and is at least RELATIVE_FLOOR of the channel's half range. None for a channel that no
+    run recorded.
     """
     return Noise(**{channel: _level(dataset, channel) for channel in CHANNEL_NAMES})
 
@@ -111,8 +115,20 @@ def _level(dataset: DataSet, channel: str) -> float | None:
     records = [run.channels[channel] for run in dataset.runs if channel in run.channels]
     if stated is not None or not records:
         return stated
-    found = [max(estimate_noise(samples), RELATIVE_FLOOR * float(np.ptp(samples)) / 2) for samples in records]
-    return float(np.median(found))
+    found = [analyse_noise(samples) for samples in records]
+    floors = [RELATIVE_FLOOR * float(np.ptp(samples)) / 2 for samples in records]
+    least = min((estimate.lag1 for estimate in found if estimate.lag1 is not None), default=0.0)
+    levels = [estimate.sd / _shown(least, estimate.order) for estimate in found]
+    return float(np.median(np.maximum(levels, floors)))
+
+
+def _shown(correlation: float, order: int) -> float:
+    """What differences of that order show of autoregressive noise, over what they show of white noise that is
+    as strong; neighbouring samples correlate by `correlation`."""
+    weights = np.array([comb(order, k) * (-1) ** k for k in range(order + 1)], float)
+    lags = np.abs(np.subtract.outer(np.arange(order + 1), np.arange(order + 1)))
+    white = weights @ weights
+    return sqrt(float(weights @ min(max(correlation, 0.0), MOST) ** lags @ weights) / white)
 
 
 def _spread(differences: NDArray[np.float64], quantum: float) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point
+from fitting.diagnosis.wander import OWN, START, with_room
 from fitting.joining import chains
 from fitting.lanes import Lanes
 from fitting.problem import Problem, beginnings
@@ -29,6 +30,8 @@ many data sets."""
 SUBSTEPS = (4, 8, 16, 32, 64)
 """Integration steps a sample: few choices as well."""
 BLUR = 0.06
+WANDER = 0.01
+"""How far friction is first taken to wander, as a share of itself."""
 NOISY_BEND = 8.0
 """Bends below so many standard deviations of noise are taken for noise: three of those of a bend of noise."""
 
@@ -73,7 +76,9 @@ def lay(problem: Problem, segments: Sequence[Segment], substeps: int) -> Bench:
     samples = max(segment.last - segment.first for segment in segments)
     rig, force = problem.dataset.rig, problem.scale.force
     lanes = lay_out(problem.chosen, segments, rig, force, substeps, beyond=max(0, length(problem) - samples))
-    return Bench(tempered(lanes), np.array([segment.run for segment in segments]), len(problem.chosen))
+    return Bench(
+        with_room(tempered(lanes)), np.array([segment.run for segment in segments]), len(problem.chosen)
+    )
 
 
 def tempered(lanes: Lanes) -> Lanes:
@@ -112,7 +117,9 @@ def ground(problem: Problem, model: Model, settings: Settings, progress: Progres
     constants = problem.unknowns.values(found.coordinates)
     wanted = steps(problem, UNITS, constants["k1"], settings)
     bench = lay(problem, segments, next((n for n in SUBSTEPS if n >= wanted), SUBSTEPS[-1]))
-    point = Point((), model.origin(constants), np.zeros(bench.runs), found.starts)
+    own = np.pad(found.starts, ((0, 0), (0, OWN - START)))
+    widths = np.full(OWN - START, WANDER)
+    point = Point((), model.origin(constants), np.zeros(bench.runs), own, widths)
     return Ground(tuple(segments), bench, point)
 
 

@@ -63,7 +63,7 @@ def diagnose(
     found = attribute(model, bench, part(base.point, held.fitted), progress)
     named = _named(found)
     progress.stage("how far the gap shrinks", 3)
-    shrunk = closure(problem, model, base.bench, held, _fits(found, named), base.point.starts, settings.seed)
+    shrunk = closure(problem, model, base.bench, held, _fits(found, named), base.point.own, settings.seed)
     progress.advance()
     before, after = _finally(model, base, found, named)
     progress.advance()
@@ -131,7 +131,7 @@ def _finally(
     """The nominal model and the named explanation, each fitted once more to everything there is."""
 
     def begin(fit: Refit) -> Point:
-        return dataclasses.replace(fit.point, starts=base.point.starts)
+        return dataclasses.replace(fit.point, own=base.point.own)
 
     chosen = [found.nominal] if named is None else [found.nominal, named.refit]
     results = refit(model, base.bench, [begin(fit) for fit in chosen], [fit.free for fit in chosen])

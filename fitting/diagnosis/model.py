@@ -10,13 +10,13 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from fitting.lanes import Lanes, lane_motion, lane_residual
+from fitting.diagnosis.wander import OWN, START, wandering
+from fitting.lanes import Lanes, lane_motion, lane_oscillator, lane_residual
 from fitting.problem import Problem, natural_size
 from fitting.unknowns import Chart, Unknown
 from jaxstick.catalogue import catalogue
@@ -24,10 +24,11 @@ from jaxstick.compiled import OPTIONS
 from jaxstick.effect import AbstractEffect
 from jaxstick.hypothesis import Hypothesis, effects_at_null
 from jaxstick.parameter import Place, parameters
+from jaxstick.simulate import Trajectory
 
 GROUP = 12
 COLUMNS = 14
-"""How many unknowns the program takes derivatives for at once, besides a lane's start."""
+"""How many unknowns the program takes derivatives for at once, besides what a lane has of its own."""
 PACK = 64
 FAR = 40.0
 STRENGTH_FREEDOM = 10.0
@@ -53,7 +54,7 @@ class Shelf:
 
 class Columns(NamedTuple):
     """Residuals of lanes (lanes, rows) in standard deviations, and their derivatives (lanes, rows, columns +
-    3) with respect to chosen unknowns and the start."""
+    5) with respect to chosen unknowns and what each lane has of its own."""
 
     residual: np.ndarray
     jacobian: np.ndarray
@@ -62,14 +63,14 @@ class Columns(NamedTuple):
 class Job(NamedTuple):
     """Lanes to be linearised with some effects attached.
 
-    coordinates (lanes, all); starts (lanes, 3); chosen (lanes, `COLUMNS`), the numbers of the unknowns that
+    coordinates (lanes, all); own (lanes, 5); chosen (lanes, `COLUMNS`), the numbers of the unknowns that
     each lane is differentiated by, -1 for none.
     """
 
     keys: tuple[str, ...]
     lanes: Lanes
     coordinates: np.ndarray
-    starts: np.ndarray
+    own: np.ndarray
     chosen: np.ndarray
 
 
@@ -163,11 +164,11 @@ class Model:
         return [Columns(*parts) for parts in self._in_packs(_columns, jobs)]
 
     def predict(
-        self, keys: tuple[str, ...], lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray
+        self, keys: tuple[str, ...], lanes: Lanes, coordinates: np.ndarray, own: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Displacement and friction as read, true velocity and friction of every lane, (lanes, samples)."""
         none = np.full((len(lanes), COLUMNS), -1)
-        ((x, f, v, force),) = self._in_packs(_predict, [Job(keys, lanes, coordinates, starts, none)])
+        ((x, f, v, force),) = self._in_packs(_predict, [Job(keys, lanes, coordinates, own, none)])
         return x, f, v, force
 
     def at(self, coordinates: np.ndarray, keys: tuple[str, ...]) -> Hypothesis:
@@ -206,7 +207,7 @@ class Model:
                     chart,
                     job.lanes.take(index),
                     job.coordinates[np.ix_(index, own)],
-                    job.starts[index],
+                    job.own[index],
                     place[job.chosen[index]],
                 )
             return tuple(np.asarray(leaf)[: count - first] for leaf in out)
@@ -266,42 +267,38 @@ def _in_coordinates(unknown: Unknown) -> float:
     return unknown.deviation / unknown.centre
 
 
-def _at(hypothesis: Hypothesis, chart: Chart, coordinates: Array) -> Hypothesis:
-    """The hypothesis at these coordinates, the level of friction in."""
-    found = chart.insert(hypothesis, coordinates[:-1])
-    level = jnp.exp(coordinates[-1])
-    return eqx.tree_at(
-        lambda h: [h.nominal.friction.A, h.nominal.friction.C, h.nominal.friction.D],
-        found,
-        replace_fn=lambda value: value * level,
-    )
+def _motion(hypothesis: Hypothesis, chart: Chart, lane: Lanes, coordinates: Array, own: Array) -> Trajectory:
+    """The motion along a lane, its friction wandering around the run's level, the last coordinate."""
+    oscillator = lane_oscillator(chart.insert(hypothesis, coordinates[:-1]), lane)
+    oscillator = wandering(oscillator, lane, coordinates[-1] + own[START], own[START + 1])
+    return lane_motion(oscillator, lane, own[:START])
 
 
 @functools.partial(jax.jit, compiler_options=OPTIONS)
 def _columns(
-    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array, chosen: Array
+    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, owns: Array, chosen: Array
 ) -> tuple[Array, Array]:
-    def one(lane: Lanes, point: Array, start: Array, mine: Array) -> tuple[Array, Array]:
+    def one(lane: Lanes, point: Array, own: Array, wanted: Array) -> tuple[Array, Array]:
         def residual(step: Array) -> tuple[Array, Array]:
-            moved = point.at[mine].add(jnp.where(mine >= 0, step[:COLUMNS], 0.0))
-            begin = start + step[COLUMNS:]
-            value = lane_residual(lane, lane_motion(_at(hypothesis, chart, moved), lane, begin), begin)
+            moved = point.at[wanted].add(jnp.where(wanted >= 0, step[:COLUMNS], 0.0))
+            mine = own + step[COLUMNS:]
+            value = lane_residual(lane, _motion(hypothesis, chart, lane, moved, mine), mine)
             return value, value
 
-        jacobian, value = jax.jacfwd(residual, has_aux=True)(jnp.zeros(COLUMNS + 3))
+        jacobian, value = jax.jacfwd(residual, has_aux=True)(jnp.zeros(COLUMNS + OWN))
         return value, jacobian
 
-    return jax.vmap(one)(lanes, coordinates, starts, chosen)
+    return jax.vmap(one)(lanes, coordinates, owns, chosen)
 
 
 @functools.partial(jax.jit, compiler_options=OPTIONS)
 def _predict(
-    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array, chosen: Array
+    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, owns: Array, chosen: Array
 ) -> tuple[Array, Array, Array, Array]:
     del chosen
 
-    def one(lane: Lanes, point: Array, start: Array) -> tuple[Array, Array, Array, Array]:
-        motion = lane_motion(_at(hypothesis, chart, point), lane, start)
+    def one(lane: Lanes, point: Array, own: Array) -> tuple[Array, Array, Array, Array]:
+        motion = _motion(hypothesis, chart, lane, point, own)
         return motion.displacement, motion.friction, motion.v, motion.force
 
-    return jax.vmap(one)(lanes, coordinates, starts)
+    return jax.vmap(one)(lanes, coordinates, owns)

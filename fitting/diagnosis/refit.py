@@ -1,5 +1,5 @@
 """Refits: several hypotheses fitted side by side to the same lanes, every lane's start and every run's level
-of friction free."""
+of friction free, and the friction of every lane as far as it wanders."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fitting.diagnosis.model import COLUMNS, LEVEL_TOLERANCE, Columns, Job, Model
+from fitting.diagnosis.wander import OWN, START, allowed, likeliest
 from fitting.lanes import Lanes
 from fitting.newton import Robust, bounded_step
 
@@ -39,12 +40,14 @@ class Bench:
 @dataclasses.dataclass(frozen=True)
 class Point:
     """A hypothesis at work: the effects attached, coordinates of all unknowns but the level, level of every
-    run, start of every lane (lanes, 3)."""
+    run, what every lane has of its own (lanes, 5: start, level and slope of friction), and the standard
+    deviations of those levels and slopes."""
 
     keys: tuple[str, ...]
     coordinates: np.ndarray
     levels: np.ndarray
-    starts: np.ndarray
+    own: np.ndarray
+    widths: np.ndarray
 
     def each(self, bench: Bench) -> np.ndarray:
         """Coordinates of every lane, its run's level the last."""
@@ -55,8 +58,12 @@ class Point:
 
 @dataclasses.dataclass(frozen=True)
 class Refit:
-    """Where a refit ended: the point, the cost of every lane (data alone), chi-square per degree of freedom
-    with outliers weighed down, and each lane's weight. `free` are the unknowns that were fitted."""
+    """Where a refit ended: the point, the cost of every lane (data, and what its friction's wandering costs),
+    the misfit, and each lane's weight. `free` are the unknowns that were fitted.
+
+    misfit: chi-square per degree of freedom with outliers weighed down, times what the freedom of friction to
+    wander costs in likelihood, exp(sum log(1 + width^2 information)/N).
+    """
 
     point: Point
     free: np.ndarray
@@ -73,10 +80,12 @@ def refit(
     frees: Sequence[np.ndarray],
     *,
     iterations: int = ITERATIONS,
+    wander: bool = True,
     progress: Callable[[], None] = lambda: None,
 ) -> list[Refit]:
-    """Levenberg-Marquardt from each point over its own free unknowns, all searches in common passes."""
-    searches = [_Search(model, bench, point, free) for point, free in zip(points, frees, strict=True)]
+    """Levenberg-Marquardt from each point over its own free unknowns, all searches in common passes.
+    Where not `wander`, the points' widths stay as they are."""
+    searches = [_Search(model, bench, point, free, wander) for point, free in zip(points, frees, strict=True)]
     _evaluate(model, bench, searches, [search.point for search in searches], first=True)
     for _ in range(iterations):
         going = [search for search in searches if not search.over]
@@ -93,20 +102,20 @@ def misfit_of(cost: np.ndarray, dof: np.ndarray) -> float:
 
 
 def data_cost(columns: Columns) -> np.ndarray:
-    """The cost of every lane without the prior of its start, the last three rows."""
-    data = columns.residual[:, :-3]
-    return np.einsum("lr,lr->l", data, data)
+    """The cost of every lane without the prior of its start."""
+    squares = columns.residual**2
+    return squares[:, :-OWN].sum(1) + squares[:, START - OWN :].sum(1)
 
 
 def normal(columns: Columns) -> tuple[np.ndarray, np.ndarray]:
-    """J'r and J'J of every lane, starts last."""
+    """J'r and J'J of every lane, what it has of its own last."""
     jacobian = columns.jacobian
     gradient = np.einsum("lrc,lr->lc", jacobian, columns.residual)
     return gradient, jacobian.transpose(0, 2, 1) @ jacobian
 
 
 class Projection:
-    """Takes out of values (lanes, rows, ..) what every lane's start can make of them."""
+    """Takes out of values (lanes, rows, ..) what each lane can make of them by itself."""
 
     def __init__(self, columns: Columns) -> None:
         self._basis, _ = np.linalg.qr(columns.jacobian[:, :, COLUMNS:])
@@ -125,7 +134,7 @@ def chosen_columns(free: np.ndarray, level: int, lanes: int) -> np.ndarray:
 
 def job(bench: Bench, point: Point, chosen: np.ndarray) -> Job:
     """The linearisation of a bench at a point."""
-    return Job(point.keys, bench.lanes, point.each(bench), point.starts, chosen)
+    return Job(point.keys, allowed(bench.lanes, point.widths), point.each(bench), point.own, chosen)
 
 
 def _evaluate(
@@ -139,9 +148,12 @@ def _evaluate(
     jobs = [
         Job(
             keys,
-            bench.lanes.take(np.tile(np.arange(count), len(numbers))),
+            allowed(
+                bench.lanes.take(np.tile(np.arange(count), len(numbers))),
+                np.repeat([points[n].widths for n in numbers], count, axis=0),
+            ),
             np.concatenate([points[n].each(bench) for n in numbers]),
-            np.concatenate([points[n].starts for n in numbers]),
+            np.concatenate([points[n].own for n in numbers]),
             np.concatenate([searches[n].chosen for n in numbers]),
         )
         for keys, numbers in together.items()
@@ -156,8 +168,8 @@ def _evaluate(
 class _Search:
     """One search under way."""
 
-    def __init__(self, model: Model, bench: Bench, point: Point, free: np.ndarray) -> None:
-        self.model, self.bench, self.point, self.free = model, bench, point, free
+    def __init__(self, model: Model, bench: Bench, point: Point, free: np.ndarray, wander: bool) -> None:
+        self.model, self.bench, self.point, self.free, self.wander = model, bench, point, free, wander
         self.chosen = chosen_columns(free, model.level, len(bench.lanes))
         self.dof = bench.dof()
         self.damping, self.cost, self.over, self.taken = 1e-3, np.inf, False, 0
@@ -176,12 +188,37 @@ class _Search:
         gain = self.cost - total
         self.point, self.lane_cost, self.data = point, cost, data_cost(columns)
         self.gradient, self.curvature = normal(columns)
+        moved = self._let_wander()
+        cost = self.lane_cost
         self.loss = Robust.around(cost, self.dof)
         self.cost = self.loss.total(cost) + self._prior(point)[0]
         if not first:
             self.damping = max(0.1 * self.damping, 1e-8)
             self.taken += 1
-            self.over = gain < ENOUGH * total
+            self.over = gain < ENOUGH * total and not moved
+
+    def _let_wander(self) -> bool:
+        """Sets the widths to the likeliest ones at this point, and says whether they changed."""
+        own, widths = self.point.own, self.point.widths
+        found = likeliest(
+            own,
+            self.gradient[:, COLUMNS:],
+            self.curvature[:, COLUMNS:, COLUMNS:],
+            widths,
+            self.data / self.dof,
+        )
+        self.price = found.price
+        if not self.wander or np.array_equal(found.widths, widths):
+            return False
+        change = found.widths**-2.0 - widths**-2.0
+        wandered = own[:, START:]
+        places = COLUMNS + np.arange(START, OWN)
+        self.gradient[:, places] += change * wandered
+        self.curvature[:, places, places] += change
+        dearer = (change * wandered**2).sum(1)
+        self.lane_cost, self.data = self.lane_cost + dearer, self.data + dearer
+        self.point = dataclasses.replace(self.point, widths=found.widths)
+        return True
 
     def _prior(self, point: Point) -> tuple[float, np.ndarray, np.ndarray]:
         cost, gradient, _ = self.model.prior(point.coordinates, self.free)
@@ -190,10 +227,10 @@ class _Search:
         return cost + float(point.levels @ pull), np.concatenate([gradient, pull]), curvature
 
     def step(self) -> Point:
-        """Where the next damped step leads; the starts are eliminated lane by lane."""
+        """Where the next damped step leads; what lanes have of their own is eliminated lane by lane."""
         n, runs = len(self.free), self.bench.runs
         own = self.curvature[:, COLUMNS:, COLUMNS:]
-        own = own * (1 + self.damping * np.eye(3))
+        own = own * (1 + self.damping * np.eye(OWN))
         used = 1 + n
         coupling = self.curvature[:, COLUMNS:, :used]
         solved = np.linalg.solve(own, np.concatenate([self.gradient[:, COLUMNS:, None], coupling], axis=2))
@@ -219,15 +256,15 @@ class _Search:
         mine = np.concatenate(
             [step[n:][self.bench.run][:, None], np.tile(step[:n], (len(self.bench.run), 1))], axis=1
         )
-        starts = self.point.starts - solved[:, :, 0] - np.einsum("lsc,lc->ls", solved[:, :, 1:], mine)
-        return Point(self.point.keys, coordinates, reached[n:], starts)
+        own = self.point.own - solved[:, :, 0] - np.einsum("lsc,lc->ls", solved[:, :, 1:], mine)
+        return Point(self.point.keys, coordinates, reached[n:], own, self.point.widths)
 
     def result(self) -> Refit:
         return Refit(
             self.point,
             self.free,
             self.data,
-            misfit_of(self.data, self.dof),
+            misfit_of(self.data, self.dof) * float(np.exp(self.price / self.dof.sum())),
             self.loss.weights(self.lane_cost),
             self.taken,
         )

@@ -8,6 +8,7 @@ import numpy as np
 
 from fitting.diagnosis.model import COLUMNS, Model
 from fitting.diagnosis.refit import Bench, Point, Refit, job, normal, refit
+from fitting.diagnosis.wander import OWN, START
 
 TRIES = 16
 SCATTER = (0.1, 0.5, 1.0)
@@ -30,39 +31,40 @@ def released(model: Model, bench: Bench, fit: Refit, seed: int = 0) -> Refit:
         return fit
     random = np.random.default_rng(seed)
     part = bench.take(np.tile(lost, TRIES))
-    prior, deviation = np.asarray(part.lanes.start), np.asarray(part.lanes.start_deviation)
-    scattered = prior + np.array(SCATTER) * deviation * random.standard_normal(prior.shape)
-    starts, cost = settled(model, part, dataclasses.replace(fit.point, starts=scattered))
+    scattered = np.array(part.lanes.start)
+    deviation = np.asarray(part.lanes.start_deviation)[:, :START]
+    scattered[:, :START] += np.array(SCATTER) * deviation * random.standard_normal(deviation.shape)
+    own, cost = settled(model, part, dataclasses.replace(fit.point, own=scattered))
     cost = cost.reshape(TRIES, -1)
     winner, column = np.argmin(cost, axis=0), np.arange(len(lost))
     better = cost[winner, column] < BETTER * fit.cost[lost]
     if not better.any():
         return fit
-    every = fit.point.starts.copy()
-    every[lost[better]] = starts.reshape(TRIES, len(lost), 3)[winner, column][better]
-    (again,) = refit(model, bench, [dataclasses.replace(fit.point, starts=every)], [fit.free])
+    every = fit.point.own.copy()
+    every[lost[better]] = own.reshape(TRIES, len(lost), OWN)[winner, column][better]
+    (again,) = refit(model, bench, [dataclasses.replace(fit.point, own=every)], [fit.free])
     return again if again.misfit < fit.misfit else fit
 
 
 def settled(model: Model, bench: Bench, point: Point) -> tuple[np.ndarray, np.ndarray]:
-    """The best start of every lane at given unknowns, each lane on its own, and its cost."""
+    """What is best for every lane by itself at given unknowns, and its cost."""
     none = np.full((len(bench.lanes), COLUMNS), -1)
-    starts, damping = point.starts, np.full(len(bench.lanes), 1e-3)
-    gradient, curvature, cost = _start_terms(model, bench, point, none)
+    own, damping = point.own, np.full(len(bench.lanes), 1e-3)
+    gradient, curvature, cost = _own_terms(model, bench, point, none)
     for _ in range(ITERATIONS):
-        own = curvature * (1 + damping[:, None, None] * np.eye(3))
-        trial = starts - np.linalg.solve(own, gradient[:, :, None])[:, :, 0]
-        found = _start_terms(model, bench, dataclasses.replace(point, starts=trial), none)
+        damped = curvature * (1 + damping[:, None, None] * np.eye(OWN))
+        trial = own - np.linalg.solve(damped, gradient[:, :, None])[:, :, 0]
+        found = _own_terms(model, bench, dataclasses.replace(point, own=trial), none)
         better = found[2] < cost
-        starts = np.where(better[:, None], trial, starts)
+        own = np.where(better[:, None], trial, own)
         gradient = np.where(better[:, None], found[0], gradient)
         curvature = np.where(better[:, None, None], found[1], curvature)
         cost = np.where(better, found[2], cost)
         damping = np.clip(np.where(better, 0.1 * damping, 8 * damping), 1e-9, 1e9)
-    return starts, cost
+    return own, cost
 
 
-def _start_terms(
+def _own_terms(
     model: Model, bench: Bench, point: Point, none: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     (columns,) = model.columns([job(bench, point, none)])

@@ -15,6 +15,7 @@ from scipy.stats import qmc
 
 from fitting.diagnosis.model import COLUMNS, Job, Model
 from fitting.diagnosis.refit import Bench, Projection, Refit, prior_curvature
+from fitting.diagnosis.wander import allowed
 
 SHAPES = 15
 REACH = 2.5
@@ -87,7 +88,7 @@ def _try_shapes(
         return
     few = np.arange(0, len(bench.lanes), THIN)
     part = bench.take(few)
-    point = dataclasses.replace(at.point, starts=at.point.starts[few])
+    point = dataclasses.replace(at.point, own=at.point.own[few])
     thin = dataclasses.replace(at, point=point, weights=at.weights[few])
     keys = [key for group in shaped for key in group]
     places = _places([len(model.shelf.strengths[key]) for key in keys])
@@ -126,8 +127,8 @@ def _templates(
     points: Sequence[np.ndarray] | None,
 ) -> tuple[np.ndarray, list[np.ndarray]]:
     """Level, base unknowns and residual per lane, (lanes, rows, 1 + base + 1), and for every point and group
-    the columns of its strengths, all weighted and with the lane's start projected out."""
-    count = len(bench.lanes)
+    the columns of its strengths, all weighted and with the lane's own projected out."""
+    count, lanes = len(bench.lanes), allowed(bench.lanes, at.point.widths)
     plan = [(at.point.keys, np.array([model.level, *base]), at.point.coordinates)]
     for coordinates in points or [at.point.coordinates]:
         for group in groups:
@@ -142,7 +143,7 @@ def _templates(
             chosen = np.full((count, COLUMNS), -1)
             few = wanted[first : first + COLUMNS]
             chosen[:, : len(few)] = few
-            jobs.append(Job(keys, bench.lanes, each, at.point.starts, chosen))
+            jobs.append(Job(keys, lanes, each, at.point.own, chosen))
             owners.append((number, len(few)))
     parts: list[list[np.ndarray]] = [[] for _ in plan]
     project = None

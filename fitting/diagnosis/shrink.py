@@ -64,8 +64,8 @@ def split(problem: Problem, bench: Bench, hold_out: Sequence[str]) -> Split:
 
 
 def part(point: Point, lanes: np.ndarray) -> Point:
-    """A point with the starts of some lanes alone."""
-    return dataclasses.replace(point, starts=point.starts[lanes])
+    """A point with what some lanes have of their own alone."""
+    return dataclasses.replace(point, own=point.own[lanes])
 
 
 def closure(
@@ -74,7 +74,7 @@ def closure(
     bench: Bench,
     held: Split,
     fits: dict[str, Refit],
-    starts: np.ndarray,
+    own: np.ndarray,
     seed: int,
 ) -> Closure:
     """The gap on the held-out lanes under several fits of the others: `fits` has those called nominal and
@@ -82,17 +82,21 @@ def closure(
 
     Constants and effects stay as fitted; every lane's start and every run's level are fitted anew.
     """
-    test = bench.take(held.held)
-    points = {name: dataclasses.replace(fit.point, starts=starts[held.held]) for name, fit in fits.items()}
+    test, widths = bench.take(held.held), fits["named"].point.widths
+    points = {
+        name: dataclasses.replace(fit.point, own=own[held.held], widths=widths) for name, fit in fits.items()
+    }
     assumed = {name: getattr(problem.dataset.assumed, name) for name in CONSTANTS}
     if all(value is not None for value in assumed.values()):
-        point = Point((), model.origin(assumed), np.zeros(test.runs), starts[held.held])
+        point = Point((), model.origin(assumed), np.zeros(test.runs), own[held.held], widths)
         points["assumed"] = point
     nothing = np.zeros(0, int)
     results = dict(
         zip(
             points,
-            refit(model, test, list(points.values()), [nothing] * len(points), iterations=SETTLED),
+            refit(
+                model, test, list(points.values()), [nothing] * len(points), iterations=SETTLED, wander=False
+            ),
             strict=True,
         )
     )
