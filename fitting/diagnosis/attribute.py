@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.diagnosis.base import nuisances
-from fitting.diagnosis.judge import Account, Judgement, judge
+from fitting.diagnosis.judge import Account, Judgement, judge, suffices
 from fitting.diagnosis.model import COLUMNS, Model
 from fitting.diagnosis.refit import Bench, Point, Refit, refit
 from fitting.diagnosis.release import released
@@ -16,14 +16,12 @@ from fitting.diagnosis.screen import Promise, Screen, screen
 from fitting.progress import Progress
 
 SHORT_LIST = 10
-STARTS = (0.5, 1.0)
-"""Refits begin at these shares of the change that the linearised model expects."""
+STARTS = (0.7, 3.0)
+"""Refits begin at these shares of the change that the linearised model expects, once more with another shape."""
 SHORT_LIST_OF_SECONDS = 5
 LEADERS = 2
 RELEASED = 4
 FAR = 6.0
-EXCESS_FOR_PAIRS = 0.02
-"""A second effect is sought where the best one leaves a misfit more than this above the noise."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -64,7 +62,7 @@ def attribute(model: Model, bench: Bench, point: Point, progress: Progress) -> A
     leader = found[0]
     around = screen(model, bench, leader.refit, own_group=True)
     inflation = float(np.median([promise.inflation for promise in around.promises]))
-    if leader.refit.misfit > 1 + EXCESS_FOR_PAIRS and nominal.misfit > 1 + 2 * EXCESS_FOR_PAIRS:
+    if not suffices(nominal.misfit, leader.refit.misfit):
         found += _pairs(model, bench, found[:LEADERS], progress)
     found.sort(key=lambda explanation: explanation.refit.misfit)
     accounts = [
@@ -84,8 +82,11 @@ def _refitted(
     for promise in promises:
         free = np.concatenate([base.free, model.of(promise.key)])[: COLUMNS - 1]
         keys = model.together(base.point.keys, promise.key)
-        for share in STARTS:
-            points.append(_begin(model, base, promise, share, keys))
+        begins = [(promise, share) for share in STARTS]
+        if promise.second is not None:
+            begins.append((promise.second, 1.0))
+        for begin, share in begins:
+            points.append(_begin(model, base, begin, share, keys))
             frees.append(free)
             owners.append(promise)
     progress.stage("effects refitted" if len(base.free) == len(nuisances(model)) else "pairs refitted", 14)

@@ -11,6 +11,7 @@ import numpy as np
 
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point
+from fitting.diagnosis.release import settled
 from fitting.diagnosis.wander import OWN, START, with_room
 from fitting.joining import chains
 from fitting.lanes import Lanes
@@ -24,6 +25,8 @@ from fitting.stage import stage, steps
 
 UNITS = 4
 """Lanes are this many shortest segments long."""
+LEAD = 4
+"""A lane begins one so-manieth of its length before its samples count."""
 LENGTHS = (48, 96, 192, 384, 768)
 """Numbers of samples in a lane, the one nearest to a natural period is taken: few, so that programs serve
 many data sets."""
@@ -72,13 +75,22 @@ def joined_evenly(segments: Sequence[Segment], count: int) -> list[Segment]:
 
 
 def lay(problem: Problem, segments: Sequence[Segment], substeps: int) -> Bench:
-    """Segments as a bench, every lane filled up to the usual number of samples."""
-    samples = max(segment.last - segment.first for segment in segments)
+    """Segments as a bench: each lane begins a while before its segment, so that what has a memory remembers
+    when the first sample counts, and all are filled up to the same number of samples."""
+    lead = length(problem) // LEAD
+    led = [dataclasses.replace(segment, first=max(segment.first - lead, 0)) for segment in segments]
+    samples = max(segment.last - segment.first for segment in led)
     rig, force = problem.dataset.rig, problem.scale.force
-    lanes = lay_out(problem.chosen, segments, rig, force, substeps, beyond=max(0, length(problem) - samples))
-    return Bench(
-        with_room(tempered(lanes)), np.array([segment.run for segment in segments]), len(problem.chosen)
+    beyond = max(0, length(problem) + lead - samples)
+    lanes = tempered(lay_out(problem.chosen, led, rig, force, substeps, beyond=beyond))
+    before = np.array([[own.first - long.first] for own, long in zip(segments, led, strict=True)])
+    counts = np.arange(samples + beyond) >= before
+    lanes = dataclasses.replace(
+        lanes,
+        displacement_weight=np.asarray(lanes.displacement_weight) * counts,
+        friction_weight=np.asarray(lanes.friction_weight) * counts,
     )
+    return Bench(with_room(lanes), np.array([segment.run for segment in segments]), len(problem.chosen))
 
 
 def tempered(lanes: Lanes) -> Lanes:
@@ -117,10 +129,11 @@ def ground(problem: Problem, model: Model, settings: Settings, progress: Progres
     constants = problem.unknowns.values(found.coordinates)
     wanted = steps(problem, UNITS, constants["k1"], settings)
     bench = lay(problem, segments, next((n for n in SUBSTEPS if n >= wanted), SUBSTEPS[-1]))
-    own = np.pad(found.starts, ((0, 0), (0, OWN - START)))
     widths = np.full(OWN - START, WANDER)
+    own = np.asarray(bench.lanes.start)
     point = Point((), model.origin(constants), np.zeros(bench.runs), own, widths)
-    return Ground(tuple(segments), bench, point)
+    own, _ = settled(model, bench, point)
+    return Ground(tuple(segments), bench, dataclasses.replace(point, own=own))
 
 
 def nuisances(model: Model) -> np.ndarray:

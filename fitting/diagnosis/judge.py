@@ -84,11 +84,11 @@ def judge(
     ]
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
     alone = min((account.misfit for account in accounts if len(account.keys) == 1), default=nominal)
-    suffices = alone < 1 + OTHER_SHAPE * (nominal - 1)
+    enough = suffices(nominal, alone)
     for account in accounts:
         single = len(account.keys) == 1
         prior = PRIOR["single"] / len(shelf) if single else PRIOR["pair"] / pairs
-        needless = suffices and not single and account.misfit > CLEAN
+        needless = enough and not single and account.misfit > CLEAN
         names.append("+".join(account.keys))
         logs.append(weight(alone if needless else account.misfit, account.parameters, prior))
     share = np.exp(np.array(logs) - max(logs))
@@ -100,6 +100,11 @@ def judge(
             effects[key] += explanations["+".join(account.keys)] / len(account.keys)
     verdict, named = _verdict(explanations)
     return Judgement(explanations, effects, verdict, named)
+
+
+def suffices(nominal: float, alone: float) -> bool:
+    """Whether one effect leaves so little of the excess that no second one is called for."""
+    return alone < max(CLEAN, 1 + OTHER_SHAPE * (nominal - 1))
 
 
 def pieces_of_evidence(best: float, samples: float, inflation: float) -> float:

@@ -32,8 +32,8 @@ LEAST_GAIN = 0.02
 
 @dataclasses.dataclass(frozen=True)
 class Seen:
-    """Residuals of all lanes under one hypothesis, sample by sample (lanes, samples), in standard deviations,
-    and the motion behind them; `counts` says which samples are real."""
+    """Residuals of all lanes under one hypothesis, sample by sample from the first that counts (lanes,
+    samples), in standard deviations, and the motion behind them; `counts` says which samples are real."""
 
     displacement: np.ndarray
     friction: np.ndarray
@@ -49,7 +49,7 @@ def see(model: Model, bench: Bench, point: Point) -> Seen:
     lanes = bench.lanes
     x, f, v, force = model.predict(point.keys, lanes, point.each(bench), point.own)
     weight = np.asarray(lanes.displacement_weight), np.asarray(lanes.friction_weight)
-    return Seen(
+    columns = (
         weight[0] * (x - np.asarray(lanes.displacement)),
         weight[1] * (f - np.asarray(lanes.friction)),
         v,
@@ -58,6 +58,13 @@ def see(model: Model, bench: Bench, point: Point) -> Seen:
         x,
         f,
     )
+    return Seen(*(np.take_along_axis(column, _from_first(weight[0]), axis=1) for column in columns))
+
+
+def _from_first(weight: np.ndarray) -> np.ndarray:
+    """Where the samples are that count, the first of every lane first."""
+    samples = weight.shape[1]
+    return (np.argmax(weight > 0, axis=1)[:, None] + np.arange(samples)) % samples
 
 
 def localise(
@@ -75,7 +82,10 @@ def localise(
     A part that has less than its share of noise counts as zero; of a lane far above the typical one only so
     much counts as still goes for typical.
     """
-    counted = seen.counts[:, :, None] & (_weights(bench) > 0)
+    weights = _weights(bench)
+    counted = seen.counts[:, :, None] & (
+        np.take_along_axis(weights, _from_first(weights[:, :, 0])[:, :, None], axis=1) > 0
+    )
     squares = np.stack([seen.displacement, seen.friction], axis=2) ** 2
     dof = counted.sum(axis=(1, 2)) - 3.0
     noise = (dof / np.maximum(counted.sum(axis=(1, 2)), 1))[:, None, None] * counted

@@ -17,18 +17,20 @@ from fitting.diagnosis.model import COLUMNS, Job, Model
 from fitting.diagnosis.refit import Bench, Projection, Refit, prior_curvature
 from fitting.diagnosis.wander import allowed
 
-SHAPES = 15
+SHAPES = 63
 REACH = 2.5
 """How far shapes are tried from the typical one, as a logarithm."""
-THIN = 3
+THIN = 6
 """Other shapes are tried on one lane in so many."""
+APART = 0.4
+"""Shapes that differ by less than this, as a logarithm, are the same."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Promise:
     """What an effect promises with its shape as given (logarithms, empty for a typical one).
 
-    score: fall of chi-square; change: expected strengths, as shares of typical sizes; inflation: variance of
+    second: the best promise with quite another shape, where there is one; score: fall of chi-square; change: expected strengths, as shares of typical sizes; inflation: variance of
     the score by clusters of lanes over that of white residuals; information: curvature of every strength.
     """
 
@@ -38,6 +40,7 @@ class Promise:
     change: np.ndarray
     inflation: float
     information: np.ndarray
+    second: Promise | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -113,9 +116,14 @@ def _try_shapes(
             tried[key].append(table.promise(key, place, shape))
     for key, promises in tried.items():
         best = max(promises, key=lambda promise: promise.score)
+        others = [p for p in promises if np.max(np.abs(p.shape - best.shape), initial=0.0) > APART]
+        second = max(others, key=lambda promise: promise.score, default=None)
         share = found[key].score / max(promises[0].score, 1e-12)
         if best is not promises[0]:
-            found[key] = dataclasses.replace(best, score=max(best.score * min(share, 2.0 * THIN), 0.0))
+            score = max(best.score * min(share, 2.0 * THIN), 0.0)
+            found[key] = dataclasses.replace(best, score=score, second=second)
+        else:
+            found[key] = dataclasses.replace(found[key], second=second)
 
 
 def _templates(

@@ -46,9 +46,11 @@ class Wandering(AbstractScaledFriction):
 
 def wandering(oscillator: Oscillator, lane: Lanes, level: Scalar, slope: Scalar) -> Oscillator:
     """The oscillator of a lane with its friction so changed."""
-    counted = jnp.sum(jnp.asarray(lane.displacement_weight) > 0)
-    half = jnp.maximum(counted - 1, 1) * jnp.asarray(lane.interval) / 2
-    friction = Wandering(oscillator.friction, level, slope, jnp.asarray(lane.start_time) + half, half)
+    counts = jnp.asarray(lane.displacement_weight) > 0
+    interval = jnp.asarray(lane.interval)
+    half = jnp.maximum(jnp.sum(counts) - 1, 1) * interval / 2
+    middle = jnp.asarray(lane.start_time) + jnp.argmax(counts) * interval + half
+    friction = Wandering(oscillator.friction, level, slope, middle, half)
     return eqx.tree_at(lambda whole: whole.friction, oscillator, friction)
 
 
