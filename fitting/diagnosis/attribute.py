@@ -17,7 +17,8 @@ from fitting.progress import Progress
 
 SHORT_LIST = 10
 STARTS = (0.7, 3.0)
-"""Refits begin at these shares of the change that the linearised model expects, once more with another shape."""
+"""Refits begin at these shares of the change that the linearised model expects; once more with another
+shape."""
 SHORT_LIST_OF_SECONDS = 5
 LEADERS = 2
 RELEASED = 4

@@ -8,7 +8,7 @@ Psychometrika 54 (1989) 371; with clusters as in Boos, The American Statistician
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.stats import qmc
@@ -30,8 +30,9 @@ APART = 0.4
 class Promise:
     """What an effect promises with its shape as given (logarithms, empty for a typical one).
 
-    second: the best promise with quite another shape, where there is one; score: fall of chi-square; change: expected strengths, as shares of typical sizes; inflation: variance of
-    the score by clusters of lanes over that of white residuals; information: curvature of every strength.
+    second: the next best promise, with another shape, where there is one; score: fall of chi-square; change:
+    expected strengths, as shares of typical sizes; inflation: variance of the score by clusters of lanes over
+    that of white residuals; information: curvature of every strength.
     """
 
     key: str
@@ -59,15 +60,21 @@ def screen(model: Model, bench: Bench, at: Refit, *, own_group: bool = False) ->
     among = [group for group in model.groups() if not own_group or set(group) <= set(at.point.keys)]
     groups = [tuple(key for key in group if key not in present) for group in among]
     groups = [group for group in groups if group]
-    base = at.free
-    common, templates = _templates(model, bench, at, groups, base, None)
     keys = [key for group in groups for key in group]
-    table = _Table(model, bench, at, common, np.concatenate(templates, axis=2), base)
     places = _places([len(model.shelf.strengths[key]) for key in keys])
-    found = {key: table.promise(key, place, np.zeros(0)) for key, place in zip(keys, places, strict=True)}
-    _try_shapes(model, bench, at, base, groups, found)
-    best = sorted(found.values(), key=lambda promise: -promise.score)
-    return Screen(tuple(best), tuple(keys), table.cosines(places))
+    shapes = _promising_shapes(model, bench, at, groups)
+    points = [_with_shapes(model, at.point.coordinates, tried) for tried in ({}, *shapes)]
+    common, templates = _templates(model, bench, at, groups, points)
+    tables = [_Table(model, bench, at, common, part) for part in templates]
+    found = []
+    for key, place in zip(keys, places, strict=True):
+        made = [tables[0].promise(key, place, np.zeros(0))]
+        tried = zip(tables[1:], shapes, strict=True)
+        made += [table.promise(key, place, shape[key]) for table, shape in tried if key in shape]
+        made.sort(key=lambda promise: -promise.score)
+        found.append(dataclasses.replace(made[0], second=made[1] if len(made) > 1 else None))
+    found.sort(key=lambda promise: -promise.score)
+    return Screen(tuple(found), tuple(keys), tables[0].cosines(places))
 
 
 def _places(counts: Sequence[int]) -> list[np.ndarray]:
@@ -75,20 +82,23 @@ def _places(counts: Sequence[int]) -> list[np.ndarray]:
     return [np.arange(end - count, end) for end, count in zip(ends, counts, strict=True)]
 
 
-def _try_shapes(
-    model: Model,
-    bench: Bench,
-    at: Refit,
-    base: np.ndarray,
-    groups: Sequence[tuple[str, ...]],
-    found: dict[str, Promise],
-) -> None:
-    """Replaces promises by better ones that other shapes make, tried on a part of the lanes. The shapes of
-    all effects change together, since an effect at null does not care for another's shape."""
+def _with_shapes(model: Model, coordinates: np.ndarray, shapes: Mapping[str, np.ndarray]) -> np.ndarray:
+    """The coordinates with these effects in other shapes."""
+    moved = coordinates.copy()
+    for key, shape in shapes.items():
+        moved[model.index(*model.shelf.shapes[key])] = shape
+    return moved
+
+
+def _promising_shapes(
+    model: Model, bench: Bench, at: Refit, groups: Sequence[tuple[str, ...]]
+) -> list[dict[str, np.ndarray]]:
+    """The best shape of every effect that has one, and the best that is quite another, tried on a part of the
+    lanes. The shapes of all effects change together, since an effect at null does not care for another's."""
     shaped = [tuple(key for key in group if model.shelf.shapes[key]) for group in groups]
     shaped = [group for group in shaped if group]
     if not shaped:
-        return
+        return []
     few = np.arange(0, len(bench.lanes), THIN)
     part = bench.take(few)
     point = dataclasses.replace(at.point, own=at.point.own[few])
@@ -96,34 +106,26 @@ def _try_shapes(
     keys = [key for group in shaped for key in group]
     places = _places([len(model.shelf.strengths[key]) for key in keys])
     draws = np.vstack([[0.5, 0.5], qmc.Halton(2, scramble=False).random(SHAPES + 1)[1:]])
-    shifts = REACH * (2 * draws - 1)
-    moved = []
-    for shift in shifts:
-        coordinates = at.point.coordinates.copy()
+    tried = []
+    for shift in REACH * (2 * draws - 1):
+        shapes = {}
         for key in keys:
             own = model.index(*model.shelf.shapes[key])
-            wanted = coordinates[own] + shift[np.arange(len(own)) % 2]
-            coordinates[own] = np.clip(wanted, model.lower[own], model.upper[own])
-        moved.append(coordinates)
-    common, templates = _templates(model, part, thin, shaped, base, moved)
-    per = len(shaped)
-    tried: dict[str, list[Promise]] = {key: [] for key in keys}
-    for number, coordinates in enumerate(moved):
-        whole = np.concatenate(templates[number * per : (number + 1) * per], axis=2)
-        table = _Table(model, part, thin, common, whole, base)
-        for key, place in zip(keys, places, strict=True):
-            shape = coordinates[model.index(*model.shelf.shapes[key])]
-            tried[key].append(table.promise(key, place, shape))
-    for key, promises in tried.items():
-        best = max(promises, key=lambda promise: promise.score)
-        others = [p for p in promises if np.max(np.abs(p.shape - best.shape), initial=0.0) > APART]
-        second = max(others, key=lambda promise: promise.score, default=None)
-        share = found[key].score / max(promises[0].score, 1e-12)
-        if best is not promises[0]:
-            score = max(best.score * min(share, 2.0 * THIN), 0.0)
-            found[key] = dataclasses.replace(best, score=score, second=second)
-        else:
-            found[key] = dataclasses.replace(found[key], second=second)
+            wanted = at.point.coordinates[own] + shift[np.arange(len(own)) % 2]
+            shapes[key] = np.clip(wanted, model.lower[own], model.upper[own])
+        tried.append(shapes)
+    moved = [_with_shapes(model, at.point.coordinates, shapes) for shapes in tried]
+    common, templates = _templates(model, part, thin, shaped, moved)
+    tables = [_Table(model, part, thin, common, whole) for whole in templates]
+    best: dict[str, np.ndarray] = {}
+    other: dict[str, np.ndarray] = {}
+    for key, place in zip(keys, places, strict=True):
+        scores = [table.promise(key, place, np.zeros(0)).score for table in tables]
+        best[key] = tried[int(np.argmax(scores))][key]
+        apart = [float(np.max(np.abs(shapes[key] - best[key]))) > APART for shapes in tried]
+        if any(apart):
+            other[key] = tried[int(np.argmax(np.where(apart, scores, -np.inf)))][key]
+    return [best, other]
 
 
 def _templates(
@@ -131,14 +133,13 @@ def _templates(
     bench: Bench,
     at: Refit,
     groups: Sequence[tuple[str, ...]],
-    base: np.ndarray,
-    points: Sequence[np.ndarray] | None,
+    points: Sequence[np.ndarray],
 ) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Level, base unknowns and residual per lane, (lanes, rows, 1 + base + 1), and for every point and group
-    the columns of its strengths, all weighted and with the lane's own projected out."""
+    """Level, base unknowns and residual per lane, (lanes, rows, 1 + base + 1), and for every point
+    the columns of all strengths, all weighted and with the lane's own projected out."""
     count, lanes = len(bench.lanes), allowed(bench.lanes, at.point.widths)
-    plan = [(at.point.keys, np.array([model.level, *base]), at.point.coordinates)]
-    for coordinates in points or [at.point.coordinates]:
+    plan = [(at.point.keys, np.array([model.level, *at.free]), at.point.coordinates)]
+    for coordinates in points:
         for group in groups:
             strengths = [model.index(*model.shelf.strengths[key]) for key in group]
             attached = model.together(at.point.keys, *group)
@@ -164,7 +165,11 @@ def _templates(
         else:
             parts[number].append(project(columns.jacobian[:, :, :width] * root))
     common = np.concatenate([*parts[0], residual], axis=2)
-    return common, [np.concatenate(own, axis=2) for own in parts[1:]]
+    per = len(groups)
+    return common, [
+        np.concatenate([piece for own in parts[first : first + per] for piece in own], axis=2)
+        for first in range(1, len(parts), per)
+    ]
 
 
 class _Table:
@@ -177,9 +182,8 @@ class _Table:
         at: Refit,
         common: np.ndarray,
         templates: np.ndarray,
-        base: np.ndarray,
     ) -> None:
-        n, runs = len(base), bench.runs
+        n, runs = len(at.free), bench.runs
         own = common[:, :, : 1 + n].transpose(0, 2, 1)
         wanted = np.concatenate([templates, common[:, :, -1:]], axis=2)
         among, across = own @ common[:, :, : 1 + n], own @ wanted
@@ -190,7 +194,7 @@ class _Table:
         np.add.at(curvature, (n + bench.run, n + bench.run), among[:, 0, 0])
         coupling[:n] = across[:, 1:].sum(0)
         np.add.at(coupling, n + bench.run, across[:, 0])
-        curvature += prior_curvature(model, at.point.coordinates, base, bench)
+        curvature += prior_curvature(model, at.point.coordinates, at.free, bench)
         curvature += np.diag(1e-12 * np.diag(curvature) + 1e-30)
         slope = np.linalg.solve(curvature, coupling)
         products = wanted.transpose(0, 2, 1) @ wanted
