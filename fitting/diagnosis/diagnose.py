@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.account import joined
+from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution, Explanation, attribute
 from fitting.diagnosis.base import Ground, ground
 from fitting.diagnosis.confidence import deviations
@@ -25,7 +26,8 @@ from fitting.progress import Progress, Silent
 from fitting.result import Constant
 from fitting.segments import Segment
 from fitting.settings import Settings
-from jaxstick.record import CONSTANTS, DataSet
+from jaxstick.errors import UserError
+from jaxstick.record import CONSTANTS, RIG_FILE, DataSet
 
 DETECTED = 18.0
 """The fall of chi-square that pays for an effect among many."""
@@ -46,6 +48,11 @@ def diagnose(
 
     Raises UserError for records or settings that do not allow a diagnosis, before anything long is computed.
     """
+    if dataset.effects:
+        raise UserError(
+            f"{dataset.rig_file or RIG_FILE}: [effects] states {', '.join(dataset.effects)}, and a diagnosis "
+            "begins with the model that has no effects; take the section out."
+        )
     begun = time.perf_counter()
     settings = settings or DiagnosisSettings()
     progress = progress or Silent()
@@ -72,11 +79,12 @@ def diagnose(
     force = residual_force(problem, base.segments, seen_before)
     spread = deviations(model, base.bench, before)
     constants_before = _constants(problem, model, before, *spread)
-    constants, effects = constants_before, {}
+    constants, effects, correction = constants_before, {}, None
     if named is not None:
         spread = deviations(model, base.bench, after)
         constants = _constants(problem, model, after, *spread)
         effects = _effects(model, after, named.keys, *spread)
+        correction = correction_of(model.at(after.point.coordinates, named.keys), dataset.rig)
     candidates = _candidates(model, found)
     progress.advance()
     judgement = found.judgement
@@ -102,6 +110,7 @@ def diagnose(
         sha256=dataset.sha256,
         settings=dataclasses.asdict(settings),
         seconds=time.perf_counter() - begun,
+        correction=correction,
     )
 
 
