@@ -80,7 +80,8 @@ def _head(sentences: Sequence[str]) -> str:
         "lists, jaxstick simulate DATASET --rig and jaxstick fit DATASET --rig, DATASET being their folder. "
         "Put in the place of the data set's own rig.toml it does the same.",
     ]
-    return "\n".join(line for sentence in lines for line in textwrap.wrap(sentence, WIDTH))
+    printable = ("".join(each if each.isprintable() else " " for each in line) for line in lines)
+    return "\n".join(line for sentence in printable for line in textwrap.wrap(sentence, WIDTH))
 
 
 def _run(run: Run, correction: Correction, stated_rig: KnownRig) -> Run:

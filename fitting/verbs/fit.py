@@ -111,7 +111,7 @@ def fit(
         content = save_fit(found, data, output)
         draw_fit(found, output, progress)
     show_fit(content, terminal)
-    terminal.say(f"Results are in {out}.")
+    terminal.say(f"Results are in {out}; corrected_rig.toml is a rig file with what was found.")
     terminal.result(content)
     if content["outcome"] == "converged":
         return DONE
