@@ -22,10 +22,10 @@ class Hypothesis(eqx.Module):
     effects: dict[str, AbstractEffect] = eqx.field(default_factory=dict)
 
     def oscillator(self) -> Oscillator:
-        """The oscillator with every effect attached."""
+        """The oscillator with every effect attached, in the order of their keys (as jax sorts them)."""
         oscillator = self.nominal
-        for effect in self.effects.values():
-            oscillator = effect.attach(oscillator)
+        for key in sorted(self.effects):
+            oscillator = self.effects[key].attach(oscillator)
         return oscillator
 
 

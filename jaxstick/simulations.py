@@ -14,7 +14,6 @@ from jaxstick.hypothesis import Hypothesis
 from jaxstick.nominal import effects_of, nominal
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parts.drive import AbstractDrive, RecordedDrive, SineDrive
-from jaxstick.parts.instrument import IdealInstrument
 from jaxstick.precision import float64
 from jaxstick.record import AssumedConstants, DataSet, KnownRig, RigSheet, Run, RunPlan
 from jaxstick.side_by_side import Journey, side_by_side
@@ -148,15 +147,14 @@ def _base(run: Run) -> np.ndarray | None:
 
 def _start(run: Run, oscillator: Oscillator) -> Start:
     """The state at the first sample: displacement and velocity from a parabola through the first 25th of a
-    natural period, the friction force as recorded there, else (or where an effect of the instrument stands
-    between the force and its record) what the equation of motion asks for."""
+    natural period, the friction force as recorded there, else what the equation of motion asks for."""
     natural = run.rig.natural_frequency
     few = max(7, round(0.04 / (natural * run.interval))) if natural else 7
     few = min(few, len(run.time))
     elapsed = run.time[:few] - run.time[0]
     coefficients = np.polynomial.Polynomial.fit(elapsed, run.displacement[:few], min(2, few - 1))
     x, v = (float(p(0.0)) for p in (coefficients, coefficients.deriv()))
-    if run.friction is not None and isinstance(oscillator.instrument, IdealInstrument):
+    if run.friction is not None:
         return Start(x, v, float(run.friction[0]))
     a = float(coefficients.deriv(2)(0.0))
     motion = oscillator.motion(run.time[0], oscillator.drive.at(run.time[0]), x, v, a)
