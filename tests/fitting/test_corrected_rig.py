@@ -190,6 +190,9 @@ def test_a_comparison_counts_stated_effects_among_what_is_assumed(held, bent, ke
     (plain, _) = compare(saved, dataclasses.replace(bent, effects={})).runs
     assert run.assumed is not None and plain.assumed is not None
     assert run.identified.amplitude == pytest.approx(plain.identified.amplitude, rel=1e-6)
+    free = {name: entry for name, entry in saved.others.items() if name.startswith("rig.")}
+    (as_stated, _) = compare(dataclasses.replace(saved, others=free)).runs
+    assert as_stated.identified.amplitude == pytest.approx(run.identified.amplitude, rel=1e-5)
     assert abs(run.assumed.amplitude / plain.assumed.amplitude - 1) > 1e-3
     broken = {**fit_content(held, bent), "effects": {"nothing": {}}}
     (kept.parent / "broken.json").write_text(to_json(broken), encoding="utf-8")
