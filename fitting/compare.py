@@ -12,12 +12,14 @@ import numpy as np
 from fitting.against import against
 from fitting.saved import SavedFit, SavedRun
 from jaxstick.cycle import Cycle, cycle_of, outcome_of
-from jaxstick.hypothesis import Hypothesis, effects_at_null
-from jaxstick.nominal import nominal
+from jaxstick.effect import AbstractEffect
+from jaxstick.hypothesis import Hypothesis, effects_as_stated, effects_at_null
+from jaxstick.nominal import effects_of, nominal
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.outcome import Outcome, outcome
 from jaxstick.parameter import replace
 from jaxstick.parts.drive import SineDrive
+from jaxstick.precision import float64
 from jaxstick.record import CONSTANTS, AssumedConstants, DataSet, KnownRig, RigSheet
 from jaxstick.side_by_side import Journey, side_by_side
 
@@ -59,13 +61,19 @@ class Comparison:
     notices: tuple[str, ...]
 
 
+@float64
 def compare(saved: SavedFit, source: DataSet | RigSheet | None = None) -> Comparison:
     """Compares a fit with the constants assumed in `source`, or in the data set it was made from.
 
-    Runs, rig and assumed constants are those of `source` where it is given. Every run driven by one sine is
+    Runs, rig, assumed constants and the effects assumed with them are those of `source` where it is given.
+    The identified constants go with the effects of the fit. Every run driven by one sine is
     marched from rest, with both sets of constants and with each constant exchanged alone, until its
     transient is gone; the last four cycles count.
+
+    Raises UserError for effects that `effects_as_stated` refuses.
     """
+    held = effects_as_stated(saved.effects, saved.path)
+    assumed = held if source is None else effects_of(source)
     runs = saved.runs if source is None else _runs(source)
     stated = saved.assumed if source is None else source.assumed
     base_rig = saved.rig if source is None else source.rig
@@ -80,7 +88,7 @@ def compare(saved: SavedFit, source: DataSet | RigSheet | None = None) -> Compar
         notices.append(
             "C or k1 is not assumed, so there is no motion with the assumed constants to compare with."
         )
-    cases = [(run, cycle, _cases(saved, run, cycle, base_rig)) for run, cycle in driven]
+    cases = [(run, cycle, _cases(saved, run, cycle, base_rig, held, assumed)) for run, cycle in driven]
     found = iter(_outcomes([(run, cycle, each) for run, cycle, case in cases for each in case.values()]))
     compared = []
     for run, cycle, case in cases:
@@ -113,13 +121,27 @@ def _runs(source: DataSet | RigSheet) -> tuple[SavedRun, ...]:
     return tuple(plans)
 
 
-def _cases(saved: SavedFit, run: SavedRun, cycle: Cycle, rig: KnownRig) -> dict[str, Oscillator]:
-    """The oscillators of one run by name: identified, assumed, and assumed but for one."""
+def _cases(
+    saved: SavedFit,
+    run: SavedRun,
+    cycle: Cycle,
+    rig: KnownRig,
+    held: Mapping[str, AbstractEffect],
+    stated: Mapping[str, AbstractEffect],
+) -> dict[str, Oscillator]:
+    """The oscillators of one run by name: identified, assumed, and assumed but for one.
+
+    held: the effects that the fit rests on; stated: those that are assumed.
+    """
     drive = SineDrive(cycle.frequency, cycle.base_amplitude, cycle.force_amplitude, cycle.phase)
     identified = {name: float(saved.constants[name]["value"]) for name in CONSTANTS}
     others = {name: float(entry["value"]) for name, entry in saved.others.items()}
 
-    def oscillator(constants: Mapping[str, float | None], changed: Mapping[str, float]) -> Oscillator:
+    def oscillator(
+        constants: Mapping[str, float | None],
+        changed: Mapping[str, float],
+        acting: Mapping[str, AbstractEffect],
+    ) -> Oscillator:
         freed = {
             name: getattr(run.rig, name) + value - getattr(rig, name)
             for name, value in (
@@ -127,22 +149,23 @@ def _cases(saved: SavedFit, run: SavedRun, cycle: Cycle, rig: KnownRig) -> dict[
             )
         }
         known = dataclasses.replace(run.rig, **freed)
-        effects = effects_at_null(
+        fitted = effects_at_null(
             tuple(dict.fromkeys(name.split(".")[0] for name in changed if not name.startswith(RIG)))
         )
-        for key in effects:
+        effects = {**acting, **{key: effect for key, effect in fitted.items() if key not in acting}}
+        for key in fitted:
             own = {name.split(".")[1]: value for name, value in changed.items() if name.startswith(f"{key}.")}
             effects[key] = replace(effects[key], own)
         return Hypothesis(nominal(known, AssumedConstants(**constants), drive), effects).oscillator()
 
-    cases = {"identified": oscillator(identified, others)}
+    cases = {"identified": oscillator(identified, others, held)}
     assumed = dataclasses.asdict(run.assumed)
     if assumed["C"] is not None and assumed["k1"] is not None:
-        cases["assumed"] = oscillator(assumed, {})
+        cases["assumed"] = oscillator(assumed, {}, stated)
         for name in CONSTANTS:
-            cases[name] = oscillator({**assumed, name: identified[name]}, {})
+            cases[name] = oscillator({**assumed, name: identified[name]}, {}, stated)
         if others:
-            cases[OTHERS] = oscillator(assumed, others)
+            cases[OTHERS] = oscillator(assumed, others, stated)
     return cases
 
 

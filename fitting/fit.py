@@ -20,7 +20,7 @@ from fitting.settings import Settings
 from fitting.stage import SHORTEST, Stage
 from fitting.uncertainty import spread
 from fitting.unknowns import Unknown
-from jaxstick.record import CONSTANTS, AssumedConstants, DataSet
+from jaxstick.record import CONSTANTS, DataSet
 
 
 def fit(dataset: DataSet, settings: Settings | None = None, progress: Progress | None = None) -> Fit:
@@ -38,7 +38,7 @@ def fit(dataset: DataSet, settings: Settings | None = None, progress: Progress |
     last, descent, solution = climb(problem, settings, progress)
     found = _intervals(problem, last, solution, settings, progress)
     constants = [
-        _constant(unknown, at, spot, dataset.assumed)
+        _constant(unknown, at, spot, dataset)
         for unknown, at, spot in zip(problem.unknowns.members, solution.coordinates, found, strict=True)
     ]
     account = account_for(problem, last, solution, progress)
@@ -78,7 +78,7 @@ def _intervals(
     return out
 
 
-def _constant(unknown: Unknown, at: float, found: Interval, assumed: AssumedConstants) -> Constant:
+def _constant(unknown: Unknown, at: float, found: Interval, dataset: DataSet) -> Constant:
     def value(coordinate: float | None) -> float | None:
         return None if coordinate is None else float(unknown.to_value(coordinate))
 
@@ -90,7 +90,15 @@ def _constant(unknown: Unknown, at: float, found: Interval, assumed: AssumedCons
         low=value(found.low),
         high=value(found.high),
         unit=unknown.unit,
-        assumed=getattr(assumed, unknown.name, None) if unknown.centre is None else unknown.centre,
+        assumed=_stated(unknown, dataset),
         standard_error=deviation if math.isfinite(deviation) and deviation > 0 else None,
         method=found.method,
     )
+
+
+def _stated(unknown: Unknown, dataset: DataSet) -> float | None:
+    """What the rig file says of an unknown."""
+    if unknown.centre is not None:
+        return unknown.centre
+    key, _, name = unknown.name.rpartition(".")
+    return dataset.effects.get(key, {}).get(name) if key else getattr(dataset.assumed, name)

@@ -16,10 +16,10 @@ from jaxstick.effect import AbstractEffect
 from jaxstick.errors import UserError
 from jaxstick.hypothesis import Hypothesis, effects_at_null
 from jaxstick.noise import noise_levels
-from jaxstick.nominal import nominal
+from jaxstick.nominal import effects_of, nominal
 from jaxstick.parameter import find, parameters, replace
 from jaxstick.parts.drive import SineDrive
-from jaxstick.record import CONSTANTS, AssumedConstants, DataSet, KnownRig
+from jaxstick.record import CONSTANTS, AssumedConstants, DataSet, Effects, KnownRig
 from jaxstick.sizes import size_of
 
 PRIOR_SHARE = {"damping": 0.2, "drive_damping": 0.2}
@@ -53,10 +53,17 @@ class Problem:
 def pose(dataset: DataSet, settings: Settings) -> Problem:
     """The problem of fitting this data set.
 
+    The effects that its rig file states act as stated; those that `settings` names are free, and begin as
+    stated where they are.
+
     Raises UserError for an effect that is not on the shelf, a parameter that cannot be freed, and a run too
     short for a segment.
     """
-    effects = effects_at_null(settings.effects)
+    stated = effects_of(dataset)
+    effects = {
+        **stated,
+        **{key: e for key, e in effects_at_null(settings.effects).items() if key not in stated},
+    }
     for run in dataset.runs:
         if len(run.time) < LEAST_SAMPLES:
             raise UserError(
@@ -70,8 +77,10 @@ def pose(dataset: DataSet, settings: Settings) -> Problem:
     first = opening(chosen, scale)
     oscillator = nominal(dataset.rig, AssumedConstants(**first), SineDrive(frequency=1.0))
     period = time_scale(chosen)
-    hypothesis = Hypothesis(oscillator, _at_typical(effects, scale, period))
-    members = [*_constants(scale), *_of_effects(hypothesis, scale, period)]
+    hypothesis = Hypothesis(
+        oscillator, _at_typical(effects, settings.effects, dataset.effects, scale, period)
+    )
+    members = [*_constants(scale), *_of_effects(hypothesis, settings.effects, dataset.effects, scale, period)]
     members += [_freed(hypothesis, dataset.rig, name) for name in settings.free]
     return Problem(dataset, signals, chosen, scale, first, hypothesis, Unknowns(tuple(members)), period)
 
@@ -134,36 +143,44 @@ def natural_size(unit: str, scale: Scales, period: float) -> float:
     return size_of(unit, scale.force, scale.displacement, period)
 
 
-def _of_effects(hypothesis: Hypothesis, scale: Scales, period: float) -> list[Unknown]:
-    """The parameters of the effects that take part, bounded by what their units amount to on this rig;
-    shapes, which have no null, are searched as logarithms around their typical size."""
+def _of_effects(
+    hypothesis: Hypothesis, keys: Sequence[str], stated: Effects, scale: Scales, period: float
+) -> list[Unknown]:
+    """The parameters of the effects that are free, bounded by what their units amount to on this rig, and
+    wide enough for what is stated; shapes, which have no null, are searched as logarithms around their
+    typical size."""
     found = []
-    for key, effect in hypothesis.effects.items():
-        for place in parameters(effect):
-            kind, name = place.parameter, f"{key}.{place.path[-1]}"
-            natural = natural_size(kind.unit, scale, period)
+    for key in dict.fromkeys(keys):
+        for place in parameters(hypothesis.effects[key]):
+            kind, own = place.parameter, place.path[-1]
+            name, natural = f"{key}.{own}", natural_size(kind.unit, scale, period)
             if kind.null is not None:
-                lower, upper = max(kind.lower, -3 * natural), min(kind.upper, 3 * natural)
+                reach = max(3 * natural, 2 * abs(stated.get(key, {}).get(own, 0.0)))
+                lower, upper = max(kind.lower, -reach), min(kind.upper, reach)
                 found.append(Unknown(name, kind.unit, lower, upper, "linear", natural))
             elif kind.typical:
                 typical = kind.typical * natural
-                lower, upper = max(kind.lower, typical / FAR), min(kind.upper, typical * FAR)
+                value = stated.get(key, {}).get(own, typical)
+                lower = max(kind.lower, min(typical, value) / FAR)
+                upper = min(kind.upper, max(typical, value) * FAR)
                 found.append(Unknown(name, kind.unit, lower, upper, "log", 1.0))
     return found
 
 
 def _at_typical(
-    effects: dict[str, AbstractEffect], scale: Scales, period: float
+    effects: dict[str, AbstractEffect], keys: Sequence[str], stated: Effects, scale: Scales, period: float
 ) -> dict[str, AbstractEffect]:
-    """The effects with shapes that suit the rig: of the size that is typical on it."""
-    out = {}
-    for key, effect in effects.items():
+    """The effects; shapes of those that are free suit the rig where none is stated: they are of the size that
+    is typical on it."""
+    out = dict(effects)
+    for key in keys:
         shapes = {
             place.path[-1]: place.parameter.typical * natural_size(place.parameter.unit, scale, period)
-            for place in parameters(effect)
+            for place in parameters(effects[key])
             if place.parameter.null is None and place.parameter.typical
         }
-        out[key] = replace(effect, shapes)
+        given = stated.get(key, {})
+        out[key] = replace(effects[key], {name: size for name, size in shapes.items() if name not in given})
     return out
 
 

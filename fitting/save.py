@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from fitting.against import against
+from fitting.corrected_rig import entries, save_corrected
+from fitting.correction import correction_of
 from fitting.result import Constant, Fit, Gap, Trace
 from fitting.saved import FIT_FILE, SCHEMA, SavedRun, rig_entry, run_entry
 from jaxstick.cycle import cycle_of, outcome_of
@@ -19,9 +21,16 @@ UNITS = {"displacement": "m", "friction": "N"}
 
 
 def save_fit(fit: Fit, dataset: DataSet, output: OutputFolder) -> dict[str, Any]:
-    """Writes fit.json and traces/*.csv into the folder; returns what fit.json holds."""
+    """Writes fit.json, corrected_rig.toml and traces/*.csv into the folder; returns what fit.json holds."""
     content = fit_content(fit, dataset)
     output.write_json(FIT_FILE, content)
+    save_corrected(
+        correction_of(fit.hypothesis, dataset.rig),
+        dataset,
+        output,
+        [f"It is the fit in {FIT_FILE} ({fit.outcome}) to the data set {dataset.name!r}."],
+        entries((*fit.constants, *fit.others)),
+    )
     for trace in fit.traces:
         name = PurePosixPath("traces", trace.run.file).with_suffix(".csv")
         output.write_text(str(name), _table(trace))
@@ -56,6 +65,7 @@ def fit_content(fit: Fit, dataset: DataSet) -> dict[str, Any]:
         },
         "settings": {name: value for name, value in fit.settings.items() if name != "workers"},
         "rig": rig_entry(dataset.rig),
+        **({"effects": dataset.effects} if dataset.effects else {}),
         "runs": [
             {
                 **run_entry(SavedRun(run.file, cycle_of(run), run.rig, run.assumed, outcome_of(run))),

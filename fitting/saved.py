@@ -11,7 +11,7 @@ from typing import Any
 from jaxstick.cycle import Cycle
 from jaxstick.errors import UserError
 from jaxstick.outcome import Outcome
-from jaxstick.record import CONSTANTS, AssumedConstants, KnownRig
+from jaxstick.record import CONSTANTS, AssumedConstants, Effects, KnownRig
 
 FIT_FILE = "fit.json"
 SCHEMA = 1
@@ -40,13 +40,15 @@ class SavedRun:
 
 @dataclass(frozen=True)
 class SavedFit:
-    """fit.json: `constants` and `others` hold its entries by name, `content` everything."""
+    """fit.json: `constants` and `others` hold its entries by name, `effects` are those that the rig file
+    stated, `content` everything."""
 
     path: Path
     constants: Mapping[str, Mapping[str, Any]]
     others: Mapping[str, Mapping[str, Any]]
     rig: KnownRig
     assumed: AssumedConstants
+    effects: Effects
     runs: tuple[SavedRun, ...]
     content: Mapping[str, Any]
 
@@ -119,6 +121,10 @@ def _saved(path: Path, content: dict[str, Any]) -> SavedFit:
         others=others,
         rig=_rig(content["rig"]),
         assumed=AssumedConstants(**{name: entry["assumed"] for name, entry in constants.items()}),
+        effects={
+            str(key): {str(name): float(value) for name, value in values.items()}
+            for key, values in content.get("effects", {}).items()
+        },
         runs=tuple(_run(run) for run in content["runs"]),
         content=content,
     )

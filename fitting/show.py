@@ -99,8 +99,16 @@ def show_comparison(comparison: Mapping[str, Any], terminal: Terminal) -> None:
         terminal.say(sentence)
 
 
+def _fitted(key: str, content: Mapping[str, Any]) -> bool:
+    """Whether parameters of an effect were free in a fit."""
+    return any(name.startswith(f"{key}.") for name in content["others"])
+
+
 def _sentences(content: Mapping[str, Any]) -> Iterator[str]:
     constants = content["constants"]
+    held = [key for key in content.get("effects", {}) if not _fitted(key, content)]
+    if held:
+        yield f"{_listed(held)} {'acts' if len(held) == 1 else 'act'} as the rig file states."
     loose = [name for name, entry in constants.items() if not entry["identifiable"]]
     if loose:
         yield (

@@ -147,6 +147,9 @@ def _rig_section(dataset: DataSet) -> Section:
     for name, unit in _CONSTANTS.items():
         values = dict.fromkeys(quantity(getattr(run.assumed, name), unit) for run in dataset.runs)
         rows.append((f"assumed {name}", ", ".join(values)))
+    for key, given in dataset.effects.items():
+        values = ", ".join(f"{name} = {value:.4g}" for name, value in given.items())
+        rows.append((f"effect {key}", values or "at null"))
     return Section("Rig", ("what", "value"), tuple(rows))
 
 

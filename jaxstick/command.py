@@ -7,6 +7,7 @@ import sys
 import traceback
 from collections.abc import Callable
 from functools import wraps
+from pathlib import Path
 from typing import Any, NoReturn
 
 import click
@@ -61,6 +62,16 @@ def common(function: Callable[..., Any]) -> Callable[..., Any]:
         return function(*args, terminal=Terminal(quiet, json, seed), **kwargs)
 
     return with_terminal
+
+
+def rig_option(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Gives a command the option --rig, a file to be read in place of the data set's rig.toml."""
+    return click.option(
+        "--rig",
+        metavar="RIG.toml",
+        type=click.Path(path_type=Path),
+        help="Read this rig file in place of the data set's own rig.toml.",
+    )(function)
 
 
 def _end(code: int, sentence: str) -> int:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import difflib
+import math
+from collections.abc import Iterable, Mapping
 
 import equinox as eqx
 
@@ -10,6 +12,7 @@ from jaxstick.catalogue import catalogue
 from jaxstick.effect import AbstractEffect
 from jaxstick.errors import UserError
 from jaxstick.oscillator import Oscillator
+from jaxstick.parameter import Parameter, parameters, replace
 
 
 class Hypothesis(eqx.Module):
@@ -19,10 +22,10 @@ class Hypothesis(eqx.Module):
     effects: dict[str, AbstractEffect] = eqx.field(default_factory=dict)
 
     def oscillator(self) -> Oscillator:
-        """The oscillator with every effect attached."""
+        """The oscillator with every effect attached, in the order of their keys (as jax sorts them)."""
         oscillator = self.nominal
-        for effect in self.effects.values():
-            oscillator = effect.attach(oscillator)
+        for key in sorted(self.effects):
+            oscillator = self.effects[key].attach(oscillator)
         return oscillator
 
 
@@ -34,7 +37,44 @@ def effects_at_null(keys: tuple[str, ...]) -> dict[str, AbstractEffect]:
     shelf = catalogue()
     for key in keys:
         if key not in shelf:
-            near = difflib.get_close_matches(key, shelf, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(shelf)}."
-            raise UserError(f"There is no effect called {key!r}; {hint}")
+            raise UserError(f"There is no effect called {key!r}; {_hint(key, shelf)}")
     return {key: shelf[key]() for key in keys}  # pyright: ignore[reportCallIssue]
+
+
+def effects_as_stated(stated: Mapping[str, Mapping[str, float]], where: object) -> dict[str, AbstractEffect]:
+    """The effects of a rig file with the values that it gives them [SI]; strengths that it does not give are
+    at null, shapes as the shelf has them.
+
+    Raises UserError, beginning with `where`, the file's name, for a key that is not on the shelf, a parameter
+    that the effect does not have, and a value beyond its bounds.
+    """
+    shelf = catalogue()
+    for key in stated:
+        if key not in shelf:
+            raise UserError(f"{where}: there is no effect called {key!r} for [effects]; {_hint(key, shelf)}")
+    effects = effects_at_null(tuple(stated))
+    for key, values in stated.items():
+        known = {place.path[-1]: place.parameter for place in parameters(effects[key])}
+        for name, value in values.items():
+            if name not in known:
+                raise UserError(
+                    f"{where}: [effects.{key}] has no parameter called {name!r}; {_hint(name, known)}"
+                )
+            if not known[name].lower <= value <= known[name].upper:
+                raise UserError(f"{where}: [effects.{key}] {name} is {value:g}; {_bounds(known[name])}")
+    return {key: replace(effect, dict(stated[key])) for key, effect in effects.items()}
+
+
+def _hint(name: str, known: Iterable[str]) -> str:
+    """What else may have been meant, as the end of a sentence."""
+    near = difflib.get_close_matches(name, known, n=1)
+    return f"did you mean {near[0]!r}?" if near else f"there are {', '.join(known)}."
+
+
+def _bounds(kind: Parameter) -> str:
+    unit = "" if kind.unit == "1" else f" {kind.unit}"
+    if math.isinf(kind.upper):
+        return f"it must be at least {kind.lower:g}{unit}."
+    if math.isinf(kind.lower):
+        return f"it must be at most {kind.upper:g}{unit}."
+    return f"it must lie between {kind.lower:g} and {kind.upper:g}{unit}."

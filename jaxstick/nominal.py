@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from jaxstick.effect import AbstractEffect
 from jaxstick.errors import UserError
+from jaxstick.hypothesis import effects_as_stated
 from jaxstick.oscillator import Oscillator
 from jaxstick.parts.contact import LoadedContact
 from jaxstick.parts.drive import AbstractDrive
 from jaxstick.parts.friction import ExponentialFriction
 from jaxstick.parts.guide import BaseGuide, GroundGuide
 from jaxstick.parts.rig import Rig
-from jaxstick.record import AssumedConstants, KnownRig
+from jaxstick.record import RIG_FILE, AssumedConstants, DataSet, KnownRig, RigSheet
 
 _GUIDES = {"ground": GroundGuide, "base": BaseGuide}
 
@@ -38,3 +42,12 @@ def nominal(rig: KnownRig, constants: AssumedConstants, drive: AbstractDrive) ->
         A=constants.A or 0.0, B=constants.B or 0.0, C=constants.C or 0.0, D=constants.D or 0.0
     )
     return Oscillator(rig_of(rig), drive, law, LoadedContact(constants.k1 or 0.0))
+
+
+def effects_of(source: DataSet | RigSheet) -> dict[str, AbstractEffect]:
+    """The effects that a data set or a rig file states, with the values given there.
+
+    Raises UserError naming the file; see `effects_as_stated`.
+    """
+    path = source.path if isinstance(source, RigSheet) else source.rig_file
+    return effects_as_stated(source.effects, path or Path(RIG_FILE))

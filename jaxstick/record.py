@@ -7,13 +7,14 @@ is in SI units and float64.
 import hashlib
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tomlkit
 from numpy.typing import ArrayLike, NDArray
+from tomlkit import TOMLDocument
 from tomlkit.items import Table
 
 from jaxstick.errors import UserError
@@ -119,20 +120,25 @@ class Run:
         return {name: samples for name, samples in recorded.items() if samples is not None}
 
 
-CONSTANTS = tuple(field.name for field in fields(AssumedConstants))
+CONSTANTS = tuple(each.name for each in fields(AssumedConstants))
 """A, B, C, D, k1."""
 
-CHANNEL_NAMES = tuple(field.name for field in fields(Noise))
+CHANNEL_NAMES = tuple(each.name for each in fields(Noise))
 """displacement, friction, base, force, velocity."""
+
+Effects = Mapping[str, Mapping[str, float]]
+"""Effects as rig.toml states them: their parameters [SI] by name under their keys. What is not given is at
+its null or in its usual shape; whether there are such effects is the shelf's business."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DataSet:
     """Runs of one rig.
 
-    name: the folder's, or as rig.toml says; noise: as stated; notices: sentences on what was assumed, left
-    out or changed in reading; sha256: of rig.toml and all CSV files, independent of the order in which they
-    are listed. folder and sha256 are None for a data set that was not read from files.
+    name: the folder's, or as rig.toml says; noise: as stated; effects: taken to act on the rig beside its
+    friction; notices: sentences on what was assumed, left out or changed in reading; sha256: of rig.toml and
+    all CSV files, independent of the order in which they are listed. folder, sha256 and rig_file, where the
+    rig was read from, are None for a data set that was not read from files.
     """
 
     name: str
@@ -143,6 +149,8 @@ class DataSet:
     notices: tuple[str, ...] = ()
     folder: Path | None = None
     sha256: str | None = None
+    effects: Effects = field(default_factory=dict)
+    rig_file: Path | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -177,6 +185,7 @@ class RigSheet:
     runs: tuple[RunPlan, ...]
     notices: tuple[str, ...]
     sha256: str
+    effects: Effects = field(default_factory=dict)
 
 
 def load_rig(path: Path) -> RigSheet:
@@ -203,11 +212,14 @@ def load_rig(path: Path) -> RigSheet:
         runs=runs,
         notices=tuple(notices),
         sha256=tables.sha256,
+        effects=tables.effects,
     )
 
 
-def load_dataset(folder: Path) -> DataSet:
+def load_dataset(folder: Path, rig: Path | None = None) -> DataSet:
     """Reads a data set: rig.toml and every CSV file it names.
+
+    rig: a file to be read in place of the folder's rig.toml; the files that it names are in the folder.
 
     Raises:
         UserError: for everything `load_rig`, `read_channels` and `check_record` refuse, for no runs or none
@@ -216,7 +228,7 @@ def load_dataset(folder: Path) -> DataSet:
     folder = _existing(Path(folder))
     if not folder.is_dir():
         raise UserError(f"{folder}: this is a file; a data set is a folder with {RIG_FILE} and CSV files.")
-    sheet = load_rig(folder)
+    sheet = load_rig(folder if rig is None else rig)
     if not sheet.runs:
         raise UserError(f"{sheet.path}: no run is listed; each record needs a section [[run]] with its file.")
     if all(plan.hold_out for plan in sheet.runs):
@@ -239,6 +251,8 @@ def load_dataset(folder: Path) -> DataSet:
         notices=tuple(notices),
         folder=folder,
         sha256=_combined(digests),
+        effects=sheet.effects,
+        rig_file=sheet.path,
     )
 
 
@@ -264,7 +278,32 @@ def save_dataset(dataset: DataSet, folder: Path, comment: str = "") -> None:
     for run in dataset.runs:
         with atomic_writer(folder / run.file) as stream:
             stream.writelines(_csv_lines(run))
-    atomic_write_text(folder / RIG_FILE, _rig_toml(dataset, comment))
+    atomic_write_text(folder / RIG_FILE, tomlkit.dumps(rig_document(dataset, comment)))
+
+
+def rig_document(dataset: DataSet, comment: str = "") -> TOMLDocument:
+    """rig.toml of a data set, with these lines at its head."""
+    document = tomlkit.document()
+    for line in comment.splitlines():
+        document.add(tomlkit.comment(line))
+    document.add("name", tomlkit.item(dataset.name))
+    document.add("rig", _table(asdict(dataset.rig), _RIG_KEYS))
+    for name, values, keys in (
+        ("assumed", asdict(dataset.assumed), _ASSUMED_KEYS),
+        ("noise", asdict(dataset.noise), _COLUMNS),
+    ):
+        if any(value is not None for value in values.values()):
+            document.add(name, _table(values, keys))
+    if dataset.effects:
+        effects = tomlkit.table(is_super_table=True)
+        for key, values in dataset.effects.items():
+            effects.add(key, _table(values, {name: name for name in values}))
+        document.add("effects", effects)
+    runs = tomlkit.aot()
+    for run in dataset.runs:
+        runs.append(_run_table(run, dataset))
+    document.add("run", runs)
+    return document
 
 
 def _existing(path: Path) -> Path:
@@ -406,25 +445,6 @@ def _csv_lines(run: Run) -> Iterator[str]:
         cells = (map(repr, samples[first : first + _ROWS_AT_ONCE].tolist()) for samples in recorded.values())
         for row in zip(*cells, strict=True):
             yield ",".join(row) + "\n"
-
-
-def _rig_toml(dataset: DataSet, comment: str) -> str:
-    document = tomlkit.document()
-    for line in comment.splitlines():
-        document.add(tomlkit.comment(line))
-    document.add("name", tomlkit.item(dataset.name))
-    document.add("rig", _table(asdict(dataset.rig), _RIG_KEYS))
-    for name, values, keys in (
-        ("assumed", asdict(dataset.assumed), _ASSUMED_KEYS),
-        ("noise", asdict(dataset.noise), _COLUMNS),
-    ):
-        if any(value is not None for value in values.values()):
-            document.add(name, _table(values, keys))
-    runs = tomlkit.aot()
-    for run in dataset.runs:
-        runs.append(_run_table(run, dataset))
-    document.add("run", runs)
-    return tomlkit.dumps(document)
 
 
 def _run_table(run: Run, dataset: DataSet) -> Table:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
+from jaxstick.effect import AbstractEffect
 from jaxstick.errors import UserError
-from jaxstick.nominal import nominal
+from jaxstick.hypothesis import Hypothesis
+from jaxstick.nominal import effects_of, nominal
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parts.drive import AbstractDrive, RecordedDrive, SineDrive
 from jaxstick.precision import float64
@@ -23,17 +26,21 @@ MOST_SAMPLES = 20_000_000
 
 @float64
 def simulations(source: DataSet | RigSheet) -> DataSet:
-    """The runs of `source` simulated with the assumed constants: a data set of the same rig, without noise.
+    """The runs of `source` simulated with the assumed constants and the stated effects.
+
+    The result is a data set of the same rig, without noise.
 
     A run that was recorded is driven as recorded, sampled alike, and begins as its first samples do. A run
     that is only listed begins at rest at time 0 under the stated sine and lasts as stated, else 10 cycles; it
     is sampled as stated, else 200 times a cycle and 100 times a natural period at least.
 
     Raises UserError for a listed run without frequency or base amplitude, for constants that a simulation
-    needs and [assumed] lacks, for no runs at all, and for more samples or steps than can be handled.
+    needs and [assumed] lacks, for effects that `effects_as_stated` refuses, for no runs at all, and for more
+    samples or steps than can be handled.
     """
+    effects = effects_of(source)
     if isinstance(source, DataSet):
-        journeys = [_of_record(run) for run in source.runs]
+        journeys = [_of_record(run, effects) for run in source.runs]
         blanks = source.runs
     else:
         if not source.runs:
@@ -41,7 +48,7 @@ def simulations(source: DataSet | RigSheet) -> DataSet:
                 f"{source.path}: no run is listed; a simulation needs [[run]] with frequency_hz and "
                 "base_amplitude_mm."
             )
-        journeys = [_of_plan(plan, source) for plan in source.runs]
+        journeys = [_of_plan(plan, source, effects) for plan in source.runs]
         blanks = tuple(_blank(plan, journey) for plan, journey in zip(source.runs, journeys, strict=True))
     trajectories = side_by_side(journeys)
     runs = tuple(
@@ -49,20 +56,22 @@ def simulations(source: DataSet | RigSheet) -> DataSet:
             blank,
             displacement=np.asarray(trajectory.displacement),
             friction=np.asarray(trajectory.friction),
-            base=_base(blank, journey.oscillator.drive),
+            base=_base(blank),
             velocity=None,
         )
-        for blank, journey, trajectory in zip(blanks, journeys, trajectories, strict=True)
+        for blank, trajectory in zip(blanks, trajectories, strict=True)
     )
-    return DataSet(name=source.name, rig=source.rig, assumed=source.assumed, runs=runs)
+    return DataSet(
+        name=source.name, rig=source.rig, assumed=source.assumed, effects=source.effects, runs=runs
+    )
 
 
-def _of_record(run: Run) -> Journey:
-    oscillator = _oscillator(run.file, run.rig, run.assumed, _drive(run))
+def _of_record(run: Run, effects: Mapping[str, AbstractEffect]) -> Journey:
+    oscillator = _oscillator(run.file, run.rig, run.assumed, _drive(run), effects)
     return Journey(oscillator, _start(run, oscillator), float(run.time[0]), run.interval, len(run.time))
 
 
-def _of_plan(plan: RunPlan, sheet: RigSheet) -> Journey:
+def _of_plan(plan: RunPlan, sheet: RigSheet, effects: Mapping[str, AbstractEffect]) -> Journey:
     where = f"{sheet.path}: the run {plan.file}"
     if plan.frequency is None:
         raise UserError(f"{where} has no frequency_hz, which a simulation needs where there is no record.")
@@ -81,13 +90,19 @@ def _of_plan(plan: RunPlan, sheet: RigSheet) -> Journey:
     if duration * rate < 1:
         raise UserError(f"{where} lasts {duration:g} s, less than one interval at {rate:g} samples a second.")
     drive = SineDrive(plan.frequency, plan.base_amplitude, phase=plan.base_phase)
-    oscillator = _oscillator(f"{where}", plan.rig, plan.assumed, drive)
+    oscillator = _oscillator(f"{where}", plan.rig, plan.assumed, drive, effects)
     return Journey(oscillator, Start(), 0.0, 1 / rate, round(duration * rate) + 1)
 
 
-def _oscillator(where: str, rig: KnownRig, assumed: AssumedConstants, drive: AbstractDrive) -> Oscillator:
+def _oscillator(
+    where: str,
+    rig: KnownRig,
+    assumed: AssumedConstants,
+    drive: AbstractDrive,
+    effects: Mapping[str, AbstractEffect],
+) -> Oscillator:
     try:
-        return nominal(rig, assumed, drive)
+        return Hypothesis(nominal(rig, assumed, drive), dict(effects)).oscillator()
     except UserError as error:
         raise UserError(f"{where}: {error}") from error
 
@@ -122,12 +137,12 @@ def _drive(run: Run) -> AbstractDrive:
     return RecordedDrive.through(float(run.time[0]), run.interval, base, run.force)
 
 
-def _base(run: Run, drive: AbstractDrive) -> np.ndarray | None:
-    """The base as it drove the simulation, at the samples [m]; None where only a force did."""
+def _base(run: Run) -> np.ndarray | None:
+    """The base as its channel shows it, at the samples [m]; None where only a force drove the simulation."""
     if run.base is not None:
         return run.base
     stated = _sine(run)
-    return None if stated is None else np.asarray(drive.at(run.time).y)
+    return None if stated is None else np.asarray(_drive(run).at(run.time).y)
 
 
 def _start(run: Run, oscillator: Oscillator) -> Start:
@@ -144,4 +159,4 @@ def _start(run: Run, oscillator: Oscillator) -> Start:
     a = float(coefficients.deriv(2)(0.0))
     motion = oscillator.motion(run.time[0], oscillator.drive.at(run.time[0]), x, v, a)
     others = oscillator.rig.force(oscillator.rig.initial(motion), motion)
-    return Start(x, v, float(run.rig.mass * a - others))
+    return Start(x, v, float(oscillator.rig.inertia() * a - others))

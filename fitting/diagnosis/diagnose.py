@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.account import joined
+from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution, Explanation, attribute
 from fitting.diagnosis.base import Ground, ground
 from fitting.diagnosis.confidence import deviations
@@ -72,11 +73,12 @@ def diagnose(
     force = residual_force(problem, base.segments, seen_before)
     spread = deviations(model, base.bench, before)
     constants_before = _constants(problem, model, before, *spread)
-    constants, effects = constants_before, {}
+    constants, effects, correction = constants_before, {}, None
     if named is not None:
         spread = deviations(model, base.bench, after)
         constants = _constants(problem, model, after, *spread)
         effects = _effects(model, after, named.keys, *spread)
+        correction = correction_of(model.at(after.point.coordinates, named.keys), dataset.rig)
     candidates = _candidates(model, found)
     progress.advance()
     judgement = found.judgement
@@ -102,6 +104,7 @@ def diagnose(
         sha256=dataset.sha256,
         settings=dataclasses.asdict(settings),
         seconds=time.perf_counter() - begun,
+        correction=correction,
     )
 
 

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fitting.correction import Correction
 from fitting.result import Constant
 from jaxstick.effect import Card
 
@@ -148,7 +149,8 @@ class Diagnosis:
     those of all effects mentioned. `notes` say in sentences what weakens the verdict (channels that are
     missing, segments that were lost, limits of detection). `closed_alone`: the share of the reducible gap
     that a named effect closes without the other named ones, on what took no part; empty where nobody worked
-    it out.
+    it out. `correction` is the model with the named effects, as fitted to everything there is; None where
+    nothing is named.
     """
 
     verdict: Verdict
@@ -172,3 +174,4 @@ class Diagnosis:
     settings: Mapping[str, Any]
     seconds: float
     closed_alone: Shares = dataclasses.field(default_factory=dict)
+    correction: Correction | None = None

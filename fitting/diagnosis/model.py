@@ -83,7 +83,8 @@ class Model:
     """
 
     def __init__(self, problem: Problem, workers: int) -> None:
-        shelf = catalogue()
+        held = problem.hypothesis.effects
+        shelf = {key: effect for key, effect in catalogue().items() if key not in held}
         self.nominal = jax.tree.map(np.asarray, problem.hypothesis.nominal)
         effects = effects_at_null(tuple(shelf))
         strengths, shapes, members = {}, {}, list(problem.unknowns.members)
@@ -105,6 +106,7 @@ class Model:
         self.upper = np.array([*(_bound(u, u.upper) for u in members), 1.0])
         self.workers = workers
         self._effects = jax.tree.map(np.asarray, effects)
+        self._held = jax.tree.map(np.asarray, held)
 
     def groups(self) -> list[tuple[str, ...]]:
         """The shelf in groups of effects that share one compiled program: of one family, a few each, so that
@@ -180,7 +182,7 @@ class Model:
     def _attached(self, keys: tuple[str, ...]) -> tuple[Hypothesis, Chart, np.ndarray]:
         """The nominal model with some effects attached at null, the chart of its unknowns, and where those
         and the level are among all coordinates."""
-        hypothesis = Hypothesis(self.nominal, {key: self._effects[key] for key in keys})
+        hypothesis = Hypothesis(self.nominal, {**self._held, **{key: self._effects[key] for key in keys}})
         common = (*self.constants, *self.rig)
         own = [i for i, name in enumerate(self.names) if name in common or name.partition(".")[0] in keys]
         chart = Chart(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
+from fitting.corrected_rig import Entry, entries, save_corrected
 from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter, Shares, Where
 from fitting.save import constant_entry
 from jaxstick.output import OutputFolder
@@ -20,10 +21,44 @@ SIDES = ("mechanics", "friction", "measurement")
 
 
 def save_diagnosis(diagnosis: Diagnosis, dataset: DataSet, output: OutputFolder) -> dict[str, Any]:
-    """Writes diagnosis.json into the folder; returns what it holds."""
+    """Writes diagnosis.json and, where something is named, corrected_rig.toml into the folder; returns what
+    diagnosis.json holds."""
     content = diagnosis_content(diagnosis, dataset)
     output.write_json(DIAGNOSIS_FILE, content)
+    if diagnosis.correction is not None:
+        save_corrected(
+            diagnosis.correction, dataset, output, list(_origin(diagnosis, dataset)), _fitted(diagnosis)
+        )
     return content
+
+
+def _origin(diagnosis: Diagnosis, dataset: DataSet) -> Iterator[str]:
+    """Where a corrected rig comes from and what it does not hold."""
+    closure = diagnosis.closure
+    yield f"It is the verdict in {DIAGNOSIS_FILE} on the data set {dataset.name!r}: {diagnosis.sentence}"
+    if diagnosis.verdict == "ambiguous":
+        taken = ", ".join(diagnosis.effects)
+        yield (
+            f"These records cannot tell {', '.join(diagnosis.named)} apart; the likeliest, {taken}, is taken."
+        )
+    yield (
+        f"The gap on what took no part falls from {closure.before:.3g} to {closure.after:.3g} standard "
+        "deviations of the noise with it."
+    )
+    yield (
+        "Properties of the rig are those found within their tolerance. The level of friction, which may "
+        "differ a little from run to run, is that of the typical run."
+    )
+
+
+def _fitted(diagnosis: Diagnosis) -> dict[str, Entry]:
+    """What was fitted, under the names of the unknowns."""
+    own = {
+        f"{key}.{parameter.name}": (parameter.value, parameter.low, parameter.high)
+        for key, parameters in diagnosis.effects.items()
+        for parameter in parameters
+    }
+    return {**entries(diagnosis.constants), **own}
 
 
 def diagnosis_content(diagnosis: Diagnosis, dataset: DataSet) -> dict[str, Any]:

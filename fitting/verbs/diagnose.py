@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from fitting.diagnosis.settings import DiagnosisSettings
-from jaxstick.command import DONE, common
+from jaxstick.command import DONE, common, rig_option
 from jaxstick.deferred import deferred
 from jaxstick.errors import UserError
 from jaxstick.output import OutputFolder, plain
@@ -32,23 +32,37 @@ show_diagnosis = deferred("fitting.show_diagnosis", "show_diagnosis")
     metavar="FILE",
     help="Keep a run for judging, besides those that rig.toml holds out.",
 )
+@rig_option
 @common
-def diagnose(dataset: Path, out: Path, overwrite: bool, hold_out: tuple[str, ...], terminal: Terminal) -> int:
+def diagnose(
+    dataset: Path,
+    out: Path,
+    overwrite: bool,
+    hold_out: tuple[str, ...],
+    rig: Path | None,
+    terminal: Terminal,
+) -> int:
     """Say where the simulation and the records of DATASET part, which effect causes it and how far it closes.
 
-    DIR gets report.html, diagnosis.json and plots.
+    DIR gets report.html, diagnosis.json, plots and, where an effect is named, corrected_rig.toml: a rig file
+    with the effect in.
     """
-    data = load_dataset(dataset)
+    data = load_dataset(dataset, rig)
     _check_held_out(data, dataset, hold_out)
     settings = DiagnosisSettings(hold_out=hold_out, seed=terminal.seed)
     bar = ProgressBar(terminal.progress_console())
-    with OutputFolder(out, overwrite, inputs=[dataset]) as output, bar as progress:
+    with (
+        OutputFolder(out, overwrite, inputs=[dataset] if rig is None else [dataset, rig]) as output,
+        bar as progress,
+    ):
         found = run_diagnosis(data, settings, progress)
         content = save_diagnosis(found, data, output)
         draw_diagnosis(found, data, output, progress)
         write_report(found, data, output, progress)
     show_diagnosis(plain(content), terminal)
     terminal.say(f"The report is {out / 'report.html'}; results and plots lie beside it.")
+    if found.correction is not None:
+        terminal.say(f"The model with the named effects is kept in {out / 'corrected_rig.toml'}.")
     terminal.result(content)
     return DONE
 

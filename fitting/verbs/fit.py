@@ -6,7 +6,7 @@ import click
 
 from fitting.settings import Settings
 from fitting.show import show_fit
-from jaxstick.command import DONE, FAILED, common
+from jaxstick.command import DONE, FAILED, common, rig_option
 from jaxstick.deferred import deferred
 from jaxstick.output import OutputFolder
 from jaxstick.progress_bar import ProgressBar
@@ -14,6 +14,7 @@ from jaxstick.record import load_dataset
 from jaxstick.terminal import Terminal
 
 effects_at_null = deferred("jaxstick.hypothesis", "effects_at_null")
+effects_of = deferred("jaxstick.nominal", "effects_of")
 run_fit = deferred("fitting.fit", "fit")
 save_fit = deferred("fitting.save", "save_fit")
 draw_fit = deferred("fitting.plots.gallery", "draw_fit")
@@ -76,6 +77,7 @@ class Horizon(click.ParamType):
     show_default=True,
     help="Descents to try.",
 )
+@rig_option
 @common
 def fit(
     dataset: Path,
@@ -85,24 +87,31 @@ def fit(
     free: tuple[str, ...],
     horizon: float | None,
     starts: int,
+    rig: Path | None,
     terminal: Terminal,
 ) -> int:
     """Fit A, B, C, D and k1 to the runs of DATASET that are not held out.
 
-    DIR gets fit.json, the fitted traces of each run as CSV, and plots. Ends with 1 if the search did not
-    converge; its results are written all the same.
+    Effects that the rig file states under [effects] act as stated; --with makes them free. DIR gets fit.json,
+    the fitted traces of each run as CSV, plots, and corrected_rig.toml, a rig file with what was found. Ends
+    with 1 if the search did not converge; its results are written all the same.
     """
-    data = load_dataset(dataset)
+    data = load_dataset(dataset, rig)
     if effects:
         effects_at_null(effects)
+    if data.effects:
+        effects_of(data)
     settings = Settings(horizon=horizon, effects=effects, free=free, starts=starts, seed=terminal.seed)
     bar = ProgressBar(terminal.progress_console())
-    with OutputFolder(out, overwrite, inputs=[dataset]) as output, bar as progress:
+    with (
+        OutputFolder(out, overwrite, inputs=[dataset] if rig is None else [dataset, rig]) as output,
+        bar as progress,
+    ):
         found = run_fit(data, settings, progress)
         content = save_fit(found, data, output)
         draw_fit(found, output, progress)
     show_fit(content, terminal)
-    terminal.say(f"Results are in {out}.")
+    terminal.say(f"Results are in {out}; corrected_rig.toml is a rig file with what was found.")
     terminal.result(content)
     if content["outcome"] == "converged":
         return DONE

@@ -36,6 +36,7 @@ LARGEST = 1e30
 """Numbers must be smaller, so that their products stay finite."""
 
 SURFACES = ("ground", "base")
+SECTIONS = ("rig", "assumed", "noise", "effects", "run")
 
 RIG: Mapping[str, Units] = {
     "mass": MASS,
@@ -92,6 +93,8 @@ class RigTables:
     """rig.toml as written, every number in SI.
 
     rig: the keys of RIG without their units that are given, and friction_against; of DAMPINGS at most one.
+    effects: parameters by name under each effect's key, in the order of the file; whether there are such
+    effects and parameters is not looked at here.
     """
 
     path: Path
@@ -100,6 +103,7 @@ class RigTables:
     assumed: Mapping[str, float]
     noise: Mapping[str, float]
     runs: tuple[RunTable, ...]
+    effects: Mapping[str, Mapping[str, float]]
     sha256: str
 
 
@@ -126,9 +130,7 @@ def read_rig_toml(path: Path) -> RigTables:
         raise UserError(f"{path}: this is not TOML: its values are nested too deeply.") from error
 
     reader = _Reader(path, text)
-    top = reader.section(
-        tables, "", {}, {"name": reader.text} | dict.fromkeys(("rig", "assumed", "noise", "run"))
-    )
+    top = reader.section(tables, "", {}, {"name": reader.text} | dict.fromkeys(SECTIONS))
     return RigTables(
         path,
         top.get("name"),
@@ -136,6 +138,7 @@ def read_rig_toml(path: Path) -> RigTables:
         reader.section(reader.table(tables, "assumed"), "assumed", ASSUMED),
         reader.section(reader.table(tables, "noise"), "noise", NOISE),
         reader.runs(tables.get("run", [])),
+        reader.effects(reader.table(tables, "effects")),
         hashlib.sha256(data).hexdigest(),
     )
 
@@ -198,6 +201,19 @@ class _Reader:
             )
         return values
 
+    def effects(self, table: Mapping[str, Any]) -> dict[str, dict[str, float]]:
+        """The parameters of each effect, in SI as they stand."""
+        found = {}
+        for key, values in table.items():
+            if not isinstance(values, dict):
+                raise UserError(
+                    f"{self.where('effects', key)} is {_kind(values)}; expected is a section [effects.{key}] "
+                    "with the effect's parameters."
+                )
+            section = f"effects.{key}"
+            found[key] = {name: self.finite(section, name, value) for name, value in values.items()}
+        return found
+
     def runs(self, tables: Any) -> tuple[RunTable, ...]:
         if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
             raise UserError(
@@ -251,6 +267,14 @@ class _Reader:
         raise UserError(f"{self.where(section, key)} has an unknown unit; expected is {allowed}{near}.")
 
     def number(self, section: str, key: str, value: Any, quantity: str) -> float:
+        number = self.finite(section, key, value)
+        if number < 0 and quantity not in MAY_BE_NEGATIVE:
+            raise UserError(f"{self.where(section, key)} is {number:g}; it must not be negative.")
+        if number == 0 and quantity not in MAY_BE_ZERO | MAY_BE_NEGATIVE:
+            raise UserError(f"{self.where(section, key)} is 0; it must be greater than 0.")
+        return number
+
+    def finite(self, section: str, key: str, value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise UserError(f"{self.where(section, key)} is {_kind(value)}; expected is a number.")
         try:
@@ -259,10 +283,6 @@ class _Reader:
             number = math.inf
         if not abs(number) < LARGEST:
             raise UserError(f"{self.where(section, key)} is {shown(value)}; expected is a finite number.")
-        if number < 0 and quantity not in MAY_BE_NEGATIVE:
-            raise UserError(f"{self.where(section, key)} is {number:g}; it must not be negative.")
-        if number == 0 and quantity not in MAY_BE_ZERO | MAY_BE_NEGATIVE:
-            raise UserError(f"{self.where(section, key)} is 0; it must be greater than 0.")
         return number
 
     def text(self, section: str, key: str, value: Any) -> str:

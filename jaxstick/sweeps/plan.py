@@ -4,15 +4,18 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from jaxstick.deferred import deferred
 from jaxstick.errors import UserError
-from jaxstick.record import AssumedConstants, KnownRig, RigSheet
+from jaxstick.record import AssumedConstants, Effects, KnownRig, RigSheet
 from jaxstick.version import version
 
 grid = deferred("jaxstick.sweep", "grid")
+effects_of = deferred("jaxstick.nominal", "effects_of")
+effects_as_stated = deferred("jaxstick.hypothesis", "effects_as_stated")
+steady_notices = deferred("jaxstick.steady_effects", "steady_notices")
 
 MOST_LANES = 10_000_000
 MOST_RINGS = 2e4
@@ -55,13 +58,16 @@ REPLACED = {"friction_ratio": ("A", "C"), "level": ("A", "C")}
 @dataclass(frozen=True)
 class Plan:
     """A sweep: the rig, the constants that hold where no axis says otherwise, the contact ("loaded", "paper"
-    or "smooth"), the values of each given axis in SI units, and the constants by which to differentiate."""
+    or "smooth"), the values of each given axis in SI units, the constants by which to differentiate, the
+    effects as stated, and sentences on these."""
 
     rig: KnownRig
     constants: AssumedConstants
     contact: str
     axes: Mapping[str, tuple[float, ...]]
     derivatives: tuple[str, ...] = ()
+    effects: Effects = field(default_factory=dict)
+    notices: tuple[str, ...] = ()
 
     @property
     def lanes(self) -> int:
@@ -75,13 +81,16 @@ class Plan:
 
     def points(self) -> Any:
         """The lanes, as `jaxstick.sweep.compute` takes them; the frequency ratio runs fastest."""
-        return grid(self.rig, self.constants, contact=self.contact, **self.axes)
+        effects = effects_as_stated(self.effects, "the sweep") if self.effects else None
+        return grid(self.rig, self.constants, contact=self.contact, effects=effects, **self.axes)
 
     def described(self) -> dict[str, Any]:
         """The plan as JSON shows it."""
+        effects = {key: dict(values) for key, values in self.effects.items()}
         return {
             "rig": asdict(self.rig),
             "assumed": asdict(self.constants),
+            **({"effects": effects} if effects else {}),
             "contact": self.contact,
             "axes": {name: list(values) for name, values in self.axes.items()},
             "derivatives": list(self.derivatives),
@@ -106,7 +115,8 @@ def plan_sweep(
     swept is the sheet's assumed one.
 
     Raises UserError for a rig that has no natural frequency or that its base does not move, for values out of
-    range, constants that are missing or given twice, no amplitude at all and more than ten million lanes.
+    range, constants that are missing or given twice, no amplitude at all, more than ten million lanes, and
+    effects that are not there or rule out a periodic state.
     """
     rig, path = sheet.rig, sheet.path
     if rig.stiffness == 0:
@@ -133,7 +143,8 @@ def plan_sweep(
                 )
     _check_constants(sheet, given)
     _check_length(sheet, given)
-    plan = Plan(rig, sheet.assumed, contact, given, derivatives)
+    notices = steady_notices(effects_of(sheet), path) if sheet.effects else ()
+    plan = Plan(rig, sheet.assumed, contact, given, derivatives, sheet.effects, tuple(notices))
     if plan.lanes > MOST_LANES:
         raise UserError(
             f"The sweep would have {plan.lanes:.6g} lanes; at most {MOST_LANES:.0e} can be computed in one."

@@ -6,8 +6,11 @@ import click
 
 from jaxstick.check import describe
 from jaxstick.command import common
+from jaxstick.deferred import deferred
 from jaxstick.record import load_dataset
 from jaxstick.terminal import Terminal
+
+effects_of = deferred("jaxstick.nominal", "effects_of")
 
 _STYLES = {"missing": "", "warning": "yellow", "notice": "dim"}
 
@@ -20,7 +23,10 @@ def check(dataset: Path, terminal: Terminal) -> None:
 
     DATASET is a folder with rig.toml and one CSV file per run.
     """
-    description = describe(load_dataset(dataset))
+    data = load_dataset(dataset)
+    if data.effects:
+        effects_of(data)
+    description = describe(data)
     for section in description.sections:
         terminal.table(section.title, section.columns, section.rows)
     for kind, style in _STYLES.items():

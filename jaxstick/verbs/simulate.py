@@ -7,9 +7,10 @@ import click
 import numpy as np
 
 from jaxstick.check import quantity
-from jaxstick.command import common
+from jaxstick.command import common, rig_option
 from jaxstick.cycle import cycle_of, outcome_of
 from jaxstick.deferred import deferred
+from jaxstick.errors import UserError
 from jaxstick.output import OutputFolder
 from jaxstick.record import DataSet, Run, load_dataset, load_rig, save_dataset
 from jaxstick.terminal import Terminal, stops_text
@@ -29,23 +30,27 @@ SETTLED = 3
     "--out", required=True, metavar="DIR", type=click.Path(path_type=Path), help="Folder for the results."
 )
 @click.option("--overwrite", is_flag=True, help="Replace earlier results of jaxstick in DIR.")
+@rig_option
 @common
-def simulate(source: Path, out: Path, overwrite: bool, terminal: Terminal) -> None:
-    """Simulate the runs of a data set, or those a rig.toml lists, with the constants under [assumed].
+def simulate(source: Path, out: Path, overwrite: bool, rig: Path | None, terminal: Terminal) -> None:
+    """Simulate the runs of a data set, or those a rig.toml lists, with the constants under [assumed] and the
+    effects under [effects].
 
     DIR becomes a data set itself: rig.toml and one CSV file per run, besides simulation.json and plots. A
     recorded run is driven as recorded and begins like the record; a run that is only listed begins at rest.
     Nothing here is random.
     """
-    sheet = load_rig(source)
+    sheet = load_rig(source if rig is None else rig)
     recorded = source.is_dir() and any((source / plan.file).exists() for plan in sheet.runs)
-    given = load_dataset(source) if recorded else sheet
+    if rig is not None and not recorded:
+        raise UserError(f"{source}: this is no folder with a record that {rig} lists, which --rig asks for.")
+    given = load_dataset(source, rig) if recorded else sheet
     records = given.runs if isinstance(given, DataSet) else ()
-    with OutputFolder(out, overwrite, inputs=[source]) as output:
+    inputs = [source] if rig is None else [source, rig]
+    with OutputFolder(out, overwrite, inputs=inputs) as output:
         simulated = simulations(given)
-        save_dataset(
-            simulated, output.folder, f"Simulated with the assumed constants by jaxstick {version()}."
-        )
+        words = "assumed constants and effects" if simulated.effects else "assumed constants"
+        save_dataset(simulated, output.folder, f"Simulated with the {words} by jaxstick {version()}.")
         entries = []
         for number, run in enumerate(simulated.runs):
             record = records[number] if records else None

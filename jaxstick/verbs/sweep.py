@@ -116,7 +116,8 @@ def sweep(
     """Find the periodic state of every combination of frequency, base amplitude and friction constants.
 
     VALUES are numbers and ranges between commas; low:high:count is a range with both its ends, with :log
-    behind it in equal ratios. What is not swept is as RIG.toml says, friction under [assumed].
+    behind it in equal ratios. What is not swept is as RIG.toml says, friction under [assumed] and what else
+    acts on the rig under [effects].
 
     DIR gets sweep.json, the same as sweep.csv, and plots. A sweep that was stopped or killed goes on where it
     was when the same command is given again. Nothing here is random.
@@ -155,7 +156,7 @@ def sweep(
         return _stopped("stopped before it was done", done, plan, out)
     except ClusterLostError as lost:
         return _stopped(str(lost), done, plan, out)
-    for notice in sheet.notices:
+    for notice in (*sheet.notices, *plan.notices):
         terminal.say(notice)
     _show(field, periods, plan, terminal)
     terminal.say(f"Results are in {out}.")

@@ -69,6 +69,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "jaxstick.sensitivity",
         "jaxstick.simulations",
         "jaxstick.steady",
+        "jaxstick.steady_effects",
         "jaxstick.steady_outcome",
         "jaxstick.sweep",
     ),
@@ -121,7 +122,11 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "fitting.result",
     ),
     ("fitting.fit",),
-    ("fitting.against",),
+    (
+        "fitting.against",
+        "fitting.correction",
+    ),
+    ("fitting.corrected_rig",),
     (
         "fitting.save",
         "fitting.saved",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fitting.corrected_rig import CORRECTED_FILE
 from fitting.diagnosis.save import closed_by
 from fitting.report.section import Section, Subject
 from fitting.report.sections.which import parameter_number
@@ -29,6 +30,7 @@ def how_far(subject: Subject) -> Section:
             for label, value, bounds in closed
             if value is not None and is_number(value)
         ],
+        "corrected_rig": CORRECTED_FILE if diagnosis.correction is not None else "",
         "judged_on": listed(closure.held_out),
         "by_segments": closure.by_segments,
         "effects": [

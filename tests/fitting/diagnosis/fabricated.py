@@ -10,6 +10,7 @@ import dataclasses
 
 import numpy as np
 
+from fitting.correction import Correction
 from fitting.diagnosis.findings import (
     Candidate,
     Closure,
@@ -107,6 +108,7 @@ def fabricated(cycles: float = 5.0, rate: float = 500.0) -> tuple[Diagnosis, Dat
         settings={"hold_out": HELD_OUT, "seed": 0, "workers": 2},
         seconds=41.7,
         closed_alone={},
+        correction=Correction(RIG, TRUE, {TRUTH: {"dry": 0.1181, "viscous": 0.09}}),
     )
     return diagnosis, dataset
 
@@ -270,6 +272,7 @@ def nothing_found(diagnosis: Diagnosis) -> Diagnosis:
         sentence="Simulation and records agree to within the noise.",
         closure=Closure(1.01, 1.01, 1.0, 14.2, nan, (nan, nan), None, None, HELD_OUT, True),
         effects={},
+        correction=None,
         candidates=(),
         likeness=(),
         next_experiment=None,

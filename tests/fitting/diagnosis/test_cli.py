@@ -53,6 +53,7 @@ def test_it_writes_the_report_and_says_the_same(asked, tiny_folder, tmp_path, di
         "What weakens it",
         "Next experiment: Turn the slider",
         str(out / "report.html"),
+        str(out / "corrected_rig.toml"),
     ):
         assert words in result.stdout, words
     for stage in ("nominal model ...", "plots ...", "report ..."):
@@ -92,6 +93,7 @@ def test_other_verdicts_in_the_terminal(change, said, unsaid, diagnosis, tiny_fo
     monkeypatch.setattr(verb, "run_diagnosis", lambda *_: found)
     result = jaxstick("diagnose", tiny_folder, "--out", tmp_path / "out")
     assert result.exit_code == 0, result.stderr
+    assert not (tmp_path / "out" / "corrected_rig.toml").exists()
     assert said in result.stdout and unsaid not in result.stdout and "nan" not in result.stdout
 
 
@@ -114,6 +116,14 @@ def test_mistakes_are_found_before_anything_is_computed(args, words, tiny_folder
     assert result.exit_code == 2
     assert result.stderr.count("\n") == 1 and words in result.stderr and result.stdout == ""
     assert list(tmp_path.iterdir()) == []
+
+
+def test_another_rig_file_takes_the_place_of_the_data_sets(asked, tiny_folder, tmp_path):
+    rig = tmp_path / "other.toml"
+    text = (tiny_folder / "rig.toml").read_text(encoding="utf-8")
+    rig.write_text(text.replace('name = "tiny"', 'name = "other"'), encoding="utf-8")
+    result = jaxstick("diagnose", tiny_folder, "--rig", rig, "--out", tmp_path / "out", "--json")
+    assert json.loads(result.stdout)["data"]["name"] == "other"
 
 
 def test_a_data_set_that_is_not_there(tmp_path):

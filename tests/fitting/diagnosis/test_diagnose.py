@@ -9,12 +9,15 @@ import pytest
 
 from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.findings import Diagnosis
+from fitting.diagnosis.save import save_diagnosis
 from fitting.diagnosis.settings import DiagnosisSettings
 from jaxstick.effects.cubic_stiffness import CubicStiffness
 from jaxstick.errors import UserError
+from jaxstick.output import OutputFolder
 from jaxstick.parts.drive import SineDrive
-from jaxstick.record import DataSet
-from tests.fitting.reference_data import TRUTH, WRONG, dataset, noisy, own_run
+from jaxstick.record import DataSet, load_rig
+from jaxstick.simulations import simulations
+from tests.fitting.reference_data import RIG, TRUTH, WRONG, dataset, noisy, own_run
 
 COEFFICIENT = 1.2e6
 DRIVES = (0.8, 1.5, 2.6, 3.8)
@@ -54,6 +57,14 @@ def test_the_cause_is_named_with_its_size(hardened):
     assert "cubic_stiffness" in hardened.sentence and "cubic_stiffness" in hardened.cards
 
 
+def test_an_effect_that_is_stated_is_part_of_the_model():
+    stated = {"cubic_stiffness": {"coefficient": COEFFICIENT}}
+    data = dataclasses.replace(records(COEFFICIENT, 1), effects=stated)
+    found = diagnose(data, DiagnosisSettings(hold_out=(HELD_OUT,), workers=2))
+    assert found.verdict == "none"
+    assert "cubic_stiffness" not in found.probabilities
+
+
 def test_the_gap_closes_on_the_run_that_took_no_part(hardened):
     gap = hardened.closure
     assert gap.held_out == (HELD_OUT,) and not gap.by_segments
@@ -82,7 +93,33 @@ def test_the_gap_is_where_the_spring_is(hardened):
     assert set(where.run) == {f"run-{n}.csv" for n in range(len(DRIVES))}
 
 
+def test_the_named_explanation_is_kept_as_a_rig(hardened, tmp_path):
+    correction = hardened.correction
+    assert correction is not None
+    (coefficient,) = hardened.effects["cubic_stiffness"]
+    assert correction.effects == {"cubic_stiffness": {"coefficient": coefficient.value}}
+    for constant in hardened.constants:
+        assert getattr(correction.constants, constant.name) == pytest.approx(constant.value, rel=1e-12)
+    for name, tolerance in (("mass", 0.025), ("stiffness", 0.01), ("damping", 0.5)):
+        share = getattr(correction.rig, name) / getattr(RIG, name)
+        assert share != 1 and abs(share - 1) <= tolerance
+    assert correction.rig.drive_damping == 0.0
+
+    data = records(COEFFICIENT, 1)
+    with OutputFolder(tmp_path / "out") as output:
+        save_diagnosis(hardened, data, output)
+    sheet = load_rig(tmp_path / "out" / "corrected_rig.toml")
+    assert (sheet.rig, sheet.assumed, sheet.effects) == (
+        correction.rig,
+        correction.constants,
+        correction.effects,
+    )
+    (frequency, run), *_ = zip(DRIVES, simulations(sheet).runs, strict=True)
+    assert len(run.time) == 700 and run.frequency == pytest.approx(frequency, rel=1e-3)
+
+
 def test_records_without_an_effect_are_called_so(plain):
+    assert plain.correction is None
     assert (plain.verdict, plain.named, plain.effects) == ("none", (), {})
     assert plain.probabilities["none"] > 0.8
     assert sum(plain.probabilities.values()) == pytest.approx(1.0)

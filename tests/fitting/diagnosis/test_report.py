@@ -37,6 +37,11 @@ def test_it_is_small_and_every_figure_is_there(page, diagnosis):
     assert max(map(len, drawn)) < LARGEST_FIGURE and len(page.encode()) < LARGEST_PAGE
 
 
+def test_it_says_where_the_corrected_rig_is(page, diagnosis, dataset):
+    assert "<code>corrected_rig.toml</code>" in page
+    assert "corrected_rig" not in report(dataclasses.replace(diagnosis, correction=None), dataset, Silent())
+
+
 def test_it_loads_nothing(taken_apart, page):
     assert taken_apart.loads() == []
     assert not taken_apart.all("script") and not taken_apart.all("link") and not taken_apart.all("iframe")

@@ -10,7 +10,8 @@ import pytest
 from fitting.diagnosis.save import closed_by, diagnosis_content, save_diagnosis
 from jaxstick.catalogue import catalogue
 from jaxstick.output import OutputFolder, to_json
-from tests.fitting.diagnosis.fabricated import RIVAL, TRUTH, nothing_found, silent
+from jaxstick.record import load_rig
+from tests.fitting.diagnosis.fabricated import RIG, RIVAL, TRUE, TRUTH, nothing_found, silent
 
 FIXED = {
     "schema",
@@ -59,6 +60,26 @@ def test_the_fixed_keys(content):
 def test_probabilities_are_of_the_whole_shelf_and_sum_to_one(content):
     assert set(content["probabilities"]) == {"none", "unlisted", *catalogue()}
     assert sum(content["probabilities"].values()) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_the_corrected_rig_lies_beside_it(content, diagnosis, dataset, tmp_path):
+    del content
+    ambiguous = dataclasses.replace(diagnosis, verdict="ambiguous", named=(TRUTH, RIVAL))
+    heads = []
+    for number, found in enumerate((diagnosis, ambiguous, nothing_found(diagnosis))):
+        with OutputFolder(tmp_path / str(number)) as output:
+            save_diagnosis(found, dataset, output)
+            path = output.folder / "corrected_rig.toml"
+            heads.append(path.read_text(encoding="utf-8") if path.exists() else None)
+    sheet = load_rig(tmp_path / "0" / "corrected_rig.toml")
+    assert sheet.effects == {TRUTH: {"dry": 0.1181, "viscous": 0.09}}
+    assert (sheet.rig, sheet.assumed) == (RIG, TRUE)
+    assert [run.file for run in sheet.runs] == [run.file for run in dataset.runs]
+    first, second, third = heads
+    assert "95 %: 0.1162 to 0.1203" in first and "not bounded by the records" in first
+    assert "falls from 6.83 to 1.09" in " ".join(first.replace("#", " ").split())
+    assert "apart" not in first and f"cannot tell {TRUTH}, {RIVAL} apart" in second
+    assert third is None
 
 
 def test_each_group_of_shares_sums_to_one(content):
