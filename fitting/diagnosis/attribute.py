@@ -16,6 +16,9 @@ from fitting.diagnosis.screen import Promise, Screen, screen
 from fitting.progress import Progress
 
 SHORT_LIST = 10
+SHORTEST_LIST = 4
+PROMISING = 15.0
+"""Beyond the shortest list an effect is refitted only if its score is this many times what scores vary by."""
 STARTS = (0.7, 3.0)
 """Refits begin at these shares of the change that the linearised model expects; once more with another
 shape."""
@@ -54,17 +57,19 @@ def attribute(model: Model, bench: Bench, point: Point, progress: Progress) -> A
     progress.advance(f"chi2 per sample {nominal.misfit:.4g}")
     first = screen(model, bench, nominal)
     progress.advance(f"{len(first.keys)} effects")
-    found = _refitted(model, bench, nominal, first.promises[:SHORT_LIST], progress)
+    found = _refitted(model, bench, nominal, _short_list(first.promises), progress)
     found.sort(key=lambda explanation: explanation.refit.misfit)
     found[:RELEASED] = [
         dataclasses.replace(e, refit=released(model, bench, e.refit)) for e in found[:RELEASED]
     ]
     found.sort(key=lambda explanation: explanation.refit.misfit)
     leader = found[0]
-    around = screen(model, bench, leader.refit, own_group=True)
+    alone = suffices(nominal.misfit, leader.refit.misfit)
+    around = screen(model, bench, leader.refit, own_group=alone)
     inflation = float(np.median([promise.inflation for promise in around.promises]))
-    if not suffices(nominal.misfit, leader.refit.misfit):
-        found += _pairs(model, bench, found[:LEADERS], progress)
+    if not alone:
+        screens = [around, *(screen(model, bench, other.refit) for other in found[1:LEADERS])]
+        found += _pairs(model, bench, found[:LEADERS], screens, progress)
     found.sort(key=lambda explanation: explanation.refit.misfit)
     accounts = [
         Account(e.keys, e.refit.misfit, sum(len(model.shelf.names(key)) for key in e.keys)) for e in found
@@ -111,13 +116,25 @@ def _begin(model: Model, base: Refit, promise: Promise, share: float, keys: tupl
     return dataclasses.replace(base.point, keys=keys, coordinates=coordinates)
 
 
+def _short_list(promises: Sequence[Promise]) -> list[Promise]:
+    """The promises that are worth a refit."""
+    return [
+        promise
+        for place, promise in enumerate(promises[:SHORT_LIST])
+        if place < SHORTEST_LIST or promise.score > PROMISING * max(promise.inflation, 1.0)
+    ]
+
+
 def _pairs(
-    model: Model, bench: Bench, leaders: Sequence[Explanation], progress: Progress
+    model: Model,
+    bench: Bench,
+    leaders: Sequence[Explanation],
+    screens: Sequence[Screen],
+    progress: Progress,
 ) -> list[Explanation]:
-    """A second effect beside each of the leading ones."""
+    """A second effect beside each of the leading ones, as the screens at these show."""
     out: list[Explanation] = []
-    for leader in leaders:
-        seen = screen(model, bench, leader.refit)
+    for leader, seen in zip(leaders, screens, strict=True):
         out += _refitted(model, bench, leader.refit, seen.promises[:SHORT_LIST_OF_SECONDS], progress)
     unique: dict[frozenset[str], Explanation] = {}
     for pair in out:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from fitting.diagnosis.model import COLUMNS, Job, Model
-from fitting.diagnosis.refit import Bench, Projection, Refit, prior_curvature
+from fitting.diagnosis.refit import Bench, Projection, Refit, chosen_columns, job, prior_curvature
 from fitting.diagnosis.wander import allowed
 
 SHAPES = 63
@@ -129,47 +129,36 @@ def _promising_shapes(
 
 
 def _templates(
-    model: Model,
-    bench: Bench,
-    at: Refit,
-    groups: Sequence[tuple[str, ...]],
-    points: Sequence[np.ndarray],
+    model: Model, bench: Bench, at: Refit, groups: Sequence[tuple[str, ...]], points: Sequence[np.ndarray]
 ) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Level, base unknowns and residual per lane, (lanes, rows, 1 + base + 1), and for every point
-    the columns of all strengths, all weighted and with the lane's own projected out."""
+    """Level, base unknowns and residual per lane, (lanes, rows, 1 + base + 1), and for every point the columns
+    of all strengths, all weighted and with the lane's own projected out."""
     count, lanes = len(bench.lanes), allowed(bench.lanes, at.point.widths)
-    plan = [(at.point.keys, np.array([model.level, *at.free]), at.point.coordinates)]
-    for coordinates in points:
-        for group in groups:
-            strengths = [model.index(*model.shelf.strengths[key]) for key in group]
-            attached = model.together(at.point.keys, *group)
-            plan.append((attached, np.concatenate(strengths), coordinates))
-    jobs, owners = [], []
-    for number, (keys, wanted, coordinates) in enumerate(plan):
-        each = np.tile(coordinates, (count, 1))
-        each[:, -1] = at.point.levels[bench.run]
+    every = np.tile(np.arange(count), len(points))
+    jobs = [job(bench, at.point, chosen_columns(at.free, model.level, count))]
+    widths = []
+    for group in groups:
+        wanted = np.concatenate([model.index(*model.shelf.strengths[key]) for key in group])
         for first in range(0, len(wanted), COLUMNS):
-            chosen = np.full((count, COLUMNS), -1)
             few = wanted[first : first + COLUMNS]
-            chosen[:, : len(few)] = few
-            jobs.append(Job(keys, lanes, each, at.point.own, chosen))
-            owners.append((number, len(few)))
-    parts: list[list[np.ndarray]] = [[] for _ in plan]
-    project = None
+            chosen = np.pad(few, (0, COLUMNS - len(few)), constant_values=-1)
+            each = np.repeat(points, count, axis=0)
+            each[:, -1] = np.tile(at.point.levels[bench.run], len(points))
+            attached = model.together(at.point.keys, *group)
+            own, chosen = at.point.own[every], np.tile(chosen, (len(every), 1))
+            jobs.append(Job(attached, lanes.take(every), each, own, chosen))
+            widths.append(len(few))
+    base, *others = model.columns(jobs)
+    project = Projection(base)
     root = np.sqrt(at.weights)[:, None, None]
-    for (number, width), columns in zip(owners, model.columns(jobs), strict=True):
-        if project is None:
-            project = Projection(columns)
-            parts[0].append(project(columns.jacobian[:, :, :width] * root))
-            residual = project(columns.residual[:, :, None] * root)
-        else:
-            parts[number].append(project(columns.jacobian[:, :, :width] * root))
-    common = np.concatenate([*parts[0], residual], axis=2)
-    per = len(groups)
-    return common, [
-        np.concatenate([piece for own in parts[first : first + per] for piece in own], axis=2)
-        for first in range(1, len(parts), per)
-    ]
+    unknowns = base.jacobian[:, :, : 1 + len(at.free)]
+    common = project(np.concatenate([unknowns, base.residual[:, :, None]], axis=2) * root)
+    templates = []
+    for number in range(len(points)):
+        own = slice(number * count, (number + 1) * count)
+        columns = [other.jacobian[own, :, :width] for other, width in zip(others, widths, strict=True)]
+        templates.append(project(np.concatenate(columns, axis=2) * root))
+    return common, templates
 
 
 class _Table:
