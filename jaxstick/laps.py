@@ -28,6 +28,7 @@ LOST_STEP = 13.0
 
 Real = NDArray[np.float64]
 Index = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,17 +118,18 @@ class Laps:
         """The laps from these states (laps, size); all leaves numpy arrays with a leading axis of laps."""
         return self.run(_traverse, course, vectors)
 
-    def jacobian(self, course: Course, vectors: Real, ends: Real, increments: Real, columns: Index) -> Real:
-        """The derivative of the lap's end with respect to these components of the state, by differences
-        forward: (laps, size, columns). `ends` (laps, size) are the ends of the laps from `vectors`,
-        `increments` (laps, size) the differences."""
-        laps, size = vectors.shape
-        moved = np.repeat(vectors[:, None], len(columns), axis=1)
-        steps = increments[:, columns]
-        moved[:, np.arange(len(columns)), columns] += steps
-        many = course.take(np.repeat(np.arange(laps), len(columns)))
-        found = self.traverse(many, moved.reshape(-1, size)).end.reshape(laps, len(columns), size)
-        return np.swapaxes((found - ends[:, None]) / steps[:, :, None], 1, 2)
+    def jacobian(self, course: Course, vectors: Real, ends: Real, increments: Real, wanted: Mask) -> Real:
+        """The derivatives of the laps' ends with respect to the wanted components of the state (laps, size),
+        by differences forward: (laps, size, size), 0 where not wanted. `ends` (laps, size) are the ends of
+        the laps from `vectors`, `increments` (laps, size) the differences."""
+        lap, column = np.nonzero(wanted)
+        moved, step = vectors[lap], increments[lap, column]
+        moved[np.arange(len(lap)), column] += step
+        derivatives = np.zeros((*vectors.shape, vectors.shape[1]))
+        if len(lap):
+            found = self.traverse(course.take(lap), moved).end
+            derivatives[lap, :, column] = (found - ends[lap]) / step[:, None]
+        return derivatives
 
     def record(self, course: Course, vectors: Real, digest: Digest) -> tuple[Real, Amounts, Any]:
         """The laps from these states: their ends, what they amount to, and what `digest` makes of the
