@@ -62,8 +62,8 @@ class Chase:
 
     def some(self, which: Index, cycles: Real) -> Chase:
         """A chase of some of the lanes, from where they are, for laps of so many periods."""
-        arrays = (array[which] for array in (self.lane, self.state, self.ranges, self.jacobian))
-        return Chase.begin(*arrays, cycles)
+        state, ranges, jacobian = self.state[which], self.ranges[which], self.jacobian[which]
+        return Chase.begin(self.lane[which], state, ranges, jacobian, cycles)
 
     def memory(self, threshold: float = MEMORY) -> Mask:
         """Which components a lane remembers (lanes, size); displacement and velocity always."""

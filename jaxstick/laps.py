@@ -12,19 +12,20 @@ import jax
 import numpy as np
 from numpy.typing import NDArray
 
-from jaxstick.compiled import compiled, cores
+from jaxstick.compiled import compiled_for_arrays, cores
 from jaxstick.cycle_sums import LOOKS, Amounts, Sums, amounts, no_sums, recorded, rigs_in
 from jaxstick.oscillator import Oscillator
 from jaxstick.parts.instrument import IdealInstrument
 from jaxstick.return_map import BLOCK, Lap, Traverse, beginning, traverse
 
-WIDE, NARROW = 32, 8
+WIDE, NARROW = 64, 8
 """Lanes that go through a program together, filled up where there are fewer: a program for each of the two.
 A lane's figures are the same to the last digit in both. Lanes of a pack wait for the slowest, so packs are
 narrow where the work differs much."""
 
-LOST_STEP = 13.0
-"""What a step of a pack costs whatever its width, in lanes (measured: 0.27 us and 0.02 us a lane)."""
+LOST_STEP = 28.0
+"""What a step of a pack costs whatever its width, in lanes (measured: 85 ns and 3 ns a lane where loops over
+small arrays are compiled as code, else 170 ns and 12 ns)."""
 
 Real = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -118,18 +119,24 @@ class Laps:
         """The laps from these states (laps, size); all leaves numpy arrays with a leading axis of laps."""
         return self.run(_traverse, course, vectors)
 
-    def jacobian(self, course: Course, vectors: Real, ends: Real, increments: Real, wanted: Mask) -> Real:
-        """The derivatives of the laps' ends with respect to the wanted components of the state (laps, size),
-        by differences forward: (laps, size, size), 0 where not wanted. `ends` (laps, size) are the ends of
-        the laps from `vectors`, `increments` (laps, size) the differences."""
+    def jacobian(
+        self, course: Course, vectors: Real, increments: Real, wanted: Mask, ends: Real | None = None
+    ) -> tuple[Real, Real]:
+        """The ends of the laps from these states (laps, size), run with the rest where they are not given,
+        and their derivatives with respect to the wanted components of the state (laps, size), by differences
+        forward of these increments: (laps, size, size), 0 where not wanted."""
         lap, column = np.nonzero(wanted)
-        moved, step = vectors[lap], increments[lap, column]
+        step = increments[lap, column]
+        moved = vectors[lap]
         moved[np.arange(len(lap)), column] += step
+        also = np.arange(len(vectors) if ends is None else 0)
+        found = self.traverse(
+            course.take(np.concatenate([also, lap])), np.concatenate([vectors[also], moved])
+        ).end
+        own_ends = found[also] if ends is None else ends
         derivatives = np.zeros((*vectors.shape, vectors.shape[1]))
-        if len(lap):
-            found = self.traverse(course.take(lap), moved).end
-            derivatives[lap, :, column] = (found - ends[lap]) / step[:, None]
-        return derivatives
+        derivatives[lap, :, column] = (found[len(also) :] - own_ends[lap]) / step[:, None]
+        return own_ends, derivatives
 
     def record(self, course: Course, vectors: Real, digest: Digest) -> tuple[Real, Amounts, Any]:
         """The laps from these states: their ends, what they amount to, and what `digest` makes of the
@@ -166,8 +173,11 @@ class Laps:
                 )
             return jax.tree.map(lambda leaf: np.asarray(leaf)[: len(pack)], out)
 
-        with ThreadPoolExecutor(self._workers) as pool:
-            found = list(pool.map(one, packs))
+        if len(packs) == 1:
+            found = [one(packs[0])]
+        else:
+            with ThreadPoolExecutor(self._workers) as pool:
+                found = list(pool.map(one, packs))
         back = np.argsort(np.concatenate(packs), kind="stable")
         return jax.tree.map(lambda *leaves: np.concatenate(leaves)[back], *found)
 
@@ -187,27 +197,27 @@ def _packed(order: Index, blocks: Real) -> Iterator[Index]:
         first += width
 
 
-@compiled
+@compiled_for_arrays
 def _begin(laps: Lap, blocks: Any) -> Any:
     del blocks
     return jax.vmap(beginning)(laps)
 
 
-@compiled
+@compiled_for_arrays
 def _traverse(laps: Lap, vectors: Any, blocks: Any) -> Traverse:
     return jax.vmap(traverse, in_axes=(0, 0, None))(laps, vectors, blocks)
 
 
-@compiled
+@compiled_for_arrays
 def _no_sums(vectors: Any) -> Sums:
     return jax.vmap(no_sums)(vectors)
 
 
-@compiled
+@compiled_for_arrays
 def _recorded(laps: Lap, vectors: Any, sums: Sums, first: Any) -> tuple[Any, Sums, Any]:
     return jax.vmap(recorded, in_axes=(0, 0, 0, None))(laps, vectors, sums, first)
 
 
-@compiled
+@compiled_for_arrays
 def _amounts(laps: Lap, sums: Sums) -> Amounts:
     return jax.vmap(amounts)(laps, sums)

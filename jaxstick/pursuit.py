@@ -12,8 +12,8 @@ COARSE = 20.0
 """Steps on a period of the contact's ring where a state is only sought: an error of 5e-4 of the stroke, for a
 tenth of the work."""
 
-MEDIUM = 60.0
-"""The same where a motion is marched on: an error of 5e-5, for a third of the work."""
+MEDIUM = 80.0
+"""The same where a motion is marched on: an error of 3e-5, for two fifths of the work."""
 
 TOLERANCE = 1e-9
 """How far a lap may be from closing, in ranges of each component over the lap."""
@@ -90,38 +90,41 @@ class Pursuit:
         ranges = _ranges(way.least, way.greatest)
         return Chase.begin(lanes, way.fastest, ranges, np.zeros((len(lanes), size, size)), once)
 
-    def linearise(self, chase: Chase, which: Index, steps: Real) -> None:
-        """New Jacobians of these lanes at their present states."""
-        if len(which):
-            course = self._course(chase, which, steps)
-            end, _ = self.lap(course, chase.state[which])
-            self._differentiate(chase, which, course, end)
+    def linearise(self, chase: Chase, which: Index, steps: Real) -> Real:
+        """New Jacobians of these lanes at their present states; the ends of their laps."""
+        return self._differentiate(chase, which, self._course(chase, which, steps))
 
-    def _differentiate(self, chase: Chase, which: Index, course: Course, end: Real) -> None:
-        """The Jacobians by differences, where the laps' ends are known. The acceleration follows from the
-        rest of the state as the step goes to zero, and is left out."""
+    def _differentiate(self, chase: Chase, which: Index, course: Course, end: Real | None = None) -> Real:
+        """The Jacobians by differences; the laps' ends. The acceleration follows from the rest of the state
+        as the step goes to zero, and is left out."""
         ranges = chase.ranges[which]
-        first = ~chase.jacobian[which].any(axis=(1, 2))
+        first = np.max(np.abs(chase.jacobian[which]), axis=(1, 2), initial=0.0) == 0
         wanted = chase.memory(FORGOTTEN)[which] | first[:, None]
         wanted[:, ACCELERATION] = False
-        slopes = self.laps.jacobian(course, chase.state[which], end, DIFFERENCE * ranges, wanted)
+        if end is None:
+            self._count(course)
         self._count(course.take(np.nonzero(wanted)[0]))
+        end, slopes = self.laps.jacobian(course, chase.state[which], DIFFERENCE * ranges, wanted, end)
         found = slopes * ranges[:, None, :] / ranges[:, :, None]
         chase.jacobian[which] = np.where(np.isfinite(found), found, 0.0)
         chase.learned[which] = 0.0
+        return end
 
     def settle(self, chase: Chase, which: Index) -> None:
         """New Jacobians of those of these lanes of which the search leaves it in doubt whether perturbations
         of them decay."""
-        self.linearise(chase, which[chase.largest()[which] > DOUBTFUL], self.fine)
+        doubtful = which[chase.largest()[which] > DOUBTFUL]
+        if len(doubtful):
+            self.linearise(chase, doubtful, self.fine)
 
     def approach(self, chase: Chase) -> Mask:
         """The chord method with coarse steps; which lanes end within the coarse tolerance."""
         active = np.arange(len(chase.lane))
-        self.linearise(chase, active, self.coarse)
-        for _ in range(COARSE_PASSES):
+        end = self.linearise(chase, active, self.coarse)
+        for number in range(COARSE_PASSES):
             course = self._course(chase, active, self.coarse)
-            end, _ = self.lap(course, chase.state[active])
+            if number > 0:
+                end, _ = self.lap(course, chase.state[active])
             change = _finite(end - chase.state[active])
             chase.learn(active, change, chase.memory()[active])
             going = chase.residual[active] >= COARSE_TOLERANCE
@@ -134,17 +137,22 @@ class Pursuit:
             chase.move(active, change, chase.memory()[active])
         return chase.residual < COARSE_TOLERANCE
 
-    def refine(self, chase: Chase, which: Index, new_steps: bool = False) -> Mask:
-        """The chord method with fine steps on these lanes; which lanes end within the tolerance. `new_steps`:
-        their states and Jacobians are those of coarse steps."""
+    def refine(self, chase: Chase, which: Index, known: Real | None = None) -> Mask:
+        """The chord method with fine steps on these lanes; which lanes end within the tolerance. `known`: the
+        ends of their laps; where they are not known, states and Jacobians are those of coarse steps."""
         active = which
         failures = np.zeros(len(chase.lane), int)
         chase.forget()
         for number in range(FINE_PASSES):
-            end, ranges = self.lap(self._course(chase, active, self.fine), chase.state[active])
-            first = new_steps and number == 0
-            if first:
-                chase.ranges[active] = ranges
+            if not len(active):
+                break
+            first = known is None and number == 0
+            if known is None or number > 0:
+                course = self._course(chase, active, self.fine)
+                end, ranges = self.lap(course, chase.state[active])
+                chase.ranges[active] = ranges if first else chase.ranges[active]
+            else:
+                end = known
             change = _finite(end - chase.state[active])
             memory = chase.memory(NEW_STEPS_MEMORY if first else MEMORY)[active]
             chase.learn(active, change, memory)
@@ -152,8 +160,6 @@ class Pursuit:
             failures[active] += ~(residual < FAILED * chase.before[active]) & (residual > NEARLY)
             going = ((residual >= TOLERANCE) | first) & (failures[active] < FAILURES)
             active, change, memory = active[going], change[going], memory[going]
-            if not len(active):
-                break
             if number < FINE_PASSES - 1:
                 chase.move(active, change, memory, first)
         return chase.residual < TOLERANCE

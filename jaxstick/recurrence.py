@@ -12,13 +12,13 @@ from jaxstick.pursuit import TOLERANCE, Pursuit
 LONGEST_PERIOD = 8
 """Periods of the drive after which a motion is still looked at for closing."""
 
-MARCHES = (12, 12, 32, 64)
+MARCHES = (12, 12, 24)
 """Laps between two looks for a recurrence."""
 
 LOOKS = 2
 """So many looks every motion is given, those that then still seem to close the rest."""
 
-TRIES = 8
+TRIES = 4
 """Cycles that a motion is solved for, all its tries together."""
 
 RECURRENCE = 1e-3
@@ -58,10 +58,11 @@ def _close(pursuit: Pursuit, chase: Chase, which: Index, cycles: Index) -> Index
     where they close and their perturbations decay, else 0 and the chase is left as it was."""
     some = chase.some(which, cycles.astype(float))
     everyone = np.arange(len(which))
-    pursuit.linearise(some, everyone, pursuit.fine)
-    closed = np.flatnonzero(pursuit.refine(some, everyone))
+    ends = pursuit.linearise(some, everyone, pursuit.fine)
+    closed = np.flatnonzero(pursuit.refine(some, everyone, ends))
     shortest = _shortest(pursuit, some, closed)
-    pursuit.linearise(some, shortest, pursuit.fine)
+    if len(shortest):
+        pursuit.linearise(some, shortest, pursuit.fine)
     pursuit.settle(some, np.setdiff1d(closed, shortest))
     found = closed[some.largest()[closed] <= 1.0]
     chase.state[which[found]], chase.jacobian[which[found]] = some.state[found], some.jacobian[found]

@@ -50,7 +50,7 @@ def periodic_states(laps: Laps, resolution: float = RESOLUTION) -> PeriodicState
     chase = pursuit.from_rest()
     marched = chase.state.copy()
     near = pursuit.approach(chase)
-    solved = near & pursuit.refine(chase, np.flatnonzero(near), new_steps=True)
+    solved = near & pursuit.refine(chase, np.flatnonzero(near))
     pursuit.settle(chase, np.flatnonzero(solved))
     solved &= chase.largest() <= 1.0
     period = solved.astype(np.int64)
