@@ -1,9 +1,9 @@
 """Every periodic state of a sweep against the event-driven reference marched from rest, on the rig of 1987.
 
 The reference is marched for 200 cycles at every frequency ratio, one file a lane in FOLDER; what is there
-already is not computed again. Where it does not come to the motion that `jaxstick.steady` finds, it is started
-at that motion, and `jaxstick.simulate` at the reference's, to see who stays. Then the stops and stick fractions
-of the motions that agree are compared.
+already is not computed again. Where it does not come to the motion that `jaxstick.steady` finds, it is
+started at that motion, and `jaxstick.simulate` at the reference's, to see who stays. Then the stops and stick
+fractions of the motions that agree are compared. About 8 minutes of one core the first time.
 
     python -m scripts.study_steady_reference FOLDER [--lanes 400] [--processes 1]
 """
