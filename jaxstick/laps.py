@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -18,14 +18,10 @@ from jaxstick.oscillator import Oscillator
 from jaxstick.parts.instrument import IdealInstrument
 from jaxstick.return_map import BLOCK, Lap, Traverse, beginning, traverse
 
-WIDE, NARROW = 64, 8
-"""Lanes that go through a program together, filled up where there are fewer: a program for each of the two.
-A lane's figures are the same to the last digit in both. Lanes of a pack wait for the slowest, so packs are
-narrow where the work differs much."""
-
-LOST_STEP = 28.0
-"""What a step of a pack costs whatever its width, in lanes (measured: 85 ns and 3 ns a lane where loops over
-small arrays are compiled as code, else 170 ns and 12 ns)."""
+WIDTH = 32
+"""Lanes that go through a program together, filled up where there are fewer. One width for all: the compiler
+rounds differently in programs of different widths, and a motion that is not periodic shows it. A step costs
+85 ns and 3 ns a lane where loops over small arrays are compiled as code, else 170 ns and 12 ns."""
 
 Real = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -160,11 +156,10 @@ class Laps:
         Trees that the program takes and returns have a leading axis of laps."""
         blocks = course.steps * course.cycles / BLOCK
         order = np.argsort(-blocks, kind="stable")
-        packs = list(_packed(order, blocks))
+        packs = [order[first : first + WIDTH] for first in range(0, len(order), WIDTH)]
 
         def one(pack: Index) -> Any:
-            width = NARROW if len(pack) <= NARROW else WIDE
-            filled = np.concatenate([pack, np.repeat(pack[-1:], width - len(pack))])
+            filled = np.concatenate([pack, np.repeat(pack[-1:], WIDTH - len(pack))])
             with jax.enable_x64(True):
                 out = program(
                     self._lap(course.take(filled)),
@@ -184,17 +179,6 @@ class Laps:
     def _lap(self, course: Course) -> Lap:
         oscillators = jax.tree.map(lambda leaf: leaf[course.lane], self.oscillators)
         return Lap(oscillators, self.periods[course.lane], course.section, course.steps, course.cycles)
-
-
-def _packed(order: Index, blocks: Real) -> Iterator[Index]:
-    """The laps in packs, those with most blocks first: a wide pack where it is cheaper than narrow ones."""
-    first = 0
-    while first < len(order):
-        wide = order[first : first + WIDE]
-        narrow = blocks[wide[::NARROW]].sum() * (LOST_STEP + NARROW)
-        width = WIDE if blocks[wide[0]] * (LOST_STEP + WIDE) < narrow else NARROW
-        yield order[first : first + width]
-        first += width
 
 
 @compiled_for_arrays
