@@ -21,28 +21,35 @@ value is taken for it."""
 FARTHEST = 20.0
 """The longest step, in ranges of a component; the first ones near resonance lead far beyond what was seen."""
 
+FRESH = 0.3
+"""A stride of which less than this share is at right angles to the one before teaches its own direction."""
+
 
 @dataclass(eq=False)
 class Chase:
     """Lanes on their way to fixed points; arrays of shape (lanes,), (lanes, size) or (lanes, size, size).
 
     lane: their numbers; state; ranges, the unit of each component; jacobian of the return map in these units;
-    residual, by how many ranges the components with memory still change over a lap; before, the same a lap
-    earlier; stride, the last correction in ranges.
+    cycles, periods of the drive that a lap lasts; residual, by how many ranges the components with memory
+    still change over a lap; before, the same a lap earlier; stride, the last correction in ranges; learned,
+    the direction of the last correction of the Jacobian.
     """
 
     lane: Index
     state: Real
     ranges: Real
     jacobian: Real
+    cycles: Real
     residual: Real
     before: Real
     stride: Real
+    learned: Real
 
     @classmethod
-    def begin(cls, lane: Index, state: Real, ranges: Real, jacobian: Real) -> Chase:
+    def begin(cls, lane: Index, state: Real, ranges: Real, jacobian: Real, cycles: Real) -> Chase:
         """A chase from these states with these Jacobians."""
-        chase = cls(lane, state.copy(), ranges.copy(), jacobian.copy(), *(np.empty(0),) * 3)
+        arrays = (array.copy() for array in (state, ranges, jacobian, cycles))
+        chase = cls(lane, *arrays, *(np.empty(0),) * 4)
         chase.forget()
         return chase
 
@@ -51,10 +58,12 @@ class Chase:
         self.residual = np.full(len(self.lane), np.inf)
         self.before = self.residual.copy()
         self.stride = np.zeros_like(self.state)
+        self.learned = np.zeros_like(self.state)
 
-    def some(self, which: Index) -> Chase:
-        """A chase of some of the lanes, from where they are."""
-        return Chase.begin(self.lane[which], self.state[which], self.ranges[which], self.jacobian[which])
+    def some(self, which: Index, cycles: Real) -> Chase:
+        """A chase of some of the lanes, from where they are, for laps of so many periods."""
+        state, ranges, jacobian = self.state[which], self.ranges[which], self.jacobian[which]
+        return Chase.begin(self.lane[which], state, ranges, jacobian, cycles)
 
     def memory(self, threshold: float = MEMORY) -> Mask:
         """Which components a lane remembers (lanes, size); displacement and velocity always."""
@@ -64,12 +73,19 @@ class Chase:
 
     def learn(self, which: Index, change: Real, memory: Mask) -> None:
         """Takes in by how much a lap has changed the states of these lanes: residual, and Broyden's
-        correction of the Jacobian for the last stride."""
+        correction of the Jacobian for the last stride, along that part of it that leaves what the stride
+        before it taught untouched, where there is much of it (Gay and Schnabel, in Nonlinear Programming 3,
+        1978)."""
         gap = change / self.ranges[which]
         stride = np.where(memory, self.stride[which], 0.0)
         length = np.sum(stride**2, axis=1)
-        taken = np.where(length > 0, length, np.inf)
-        self.jacobian[which] += gap[:, :, None] * stride[:, None, :] / taken[:, None, None]
+        known = self.learned[which]
+        fresh = stride - known * _share(np.sum(known * stride, axis=1), np.sum(known**2, axis=1))
+        much = np.sum(fresh**2, axis=1) > FRESH**2 * length
+        fresh = np.where(much[:, None], fresh, stride)
+        slope = fresh * _share(np.ones(len(gap)), np.sum(fresh * stride, axis=1))
+        self.jacobian[which] += gap[:, :, None] * slope[:, None, :]
+        self.learned[which] = fresh
         self.before[which] = self.residual[which]
         self.residual[which] = np.max(np.abs(np.where(memory, gap, 0.0)), axis=1)
 
@@ -87,6 +103,11 @@ class Chase:
     def largest(self) -> Real:
         """The largest modulus of the Jacobian's eigenvalues, lane by lane."""
         return np.max(np.abs(np.linalg.eigvals(self.jacobian)), axis=1, initial=0.0)
+
+
+def _share(part: Real, whole: Real) -> Real:
+    """part/whole, 0 where there is no whole; shape (lanes, 1)."""
+    return np.where(whole > 0, part / np.where(whole > 0, whole, 1.0), 0.0)[:, None]
 
 
 def corrected(jacobian: Real, gap: Real, memory: Mask) -> Real:

@@ -32,7 +32,7 @@ class Outcome:
     """A motion over whole cycles of its drive.
 
     amplitude: half of peak to peak [m]; stops: per cycle, whole in a periodic motion; stick_fraction: share
-    of the time spent in stops, to which the slow ends of the slips beside them count (0.05 to 0.15 more than
+    of the time spent in stops, to which the slow ends of the slips beside them count (0.05 to 0.2 more than
     the share without any slip); cycles: how many were looked at.
     """
 
@@ -60,8 +60,9 @@ def outcome(
     for a time that grows as sqrt(b), twice as long in a band four times as wide, while a stop ends where the
     slips beside it begin. The limit of 1.8 lies between that 2 and the 4^(1/3) = 1.6 of a slip that just
     touches standstill, x = c t^3, and counts as a stop. The band is tried whole, which a ringing contact
-    asks for, and halved and quartered, which slips shorter than four bands ask for. Stops that lie within
-    one band are one. A mass that never slips moves with its contact as smoothly as any and counts no stop.
+    asks for, and halved and quartered, which slips shorter than four bands ask for; a stop lasts as long as
+    the mass keeps within the whole band. Stops that lie within one band are one. A
+    mass that never slips moves with its contact as smoothly as any and counts no stop.
 
     The cycles are taken as periodic: what runs over the end goes on at the beginning. Before the search the
     motion is averaged over 0.04 natural periods (a 50th of the cycle at most), against noise; the amplitude
@@ -89,13 +90,10 @@ def outcome(
     least = LEAST_PERIODS * free if natural_frequency else LEAST_CYCLES * period
     motion = _averaged(samples, min(_SMOOTHED_PERIODS * free, LEAST_CYCLES * period))
     fastest = int(np.argmax(np.abs(np.diff(motion, append=motion[0]))))
-    found = _stops(np.roll(motion, -fastest - 1), BAND * amplitude, least)
-    return Outcome(
-        amplitude,
-        len(found) / whole,
-        sum(last - first + 1 for first, last in found) / len(samples),
-        whole,
-    )
+    motion = np.roll(motion, -fastest - 1)
+    found = _stops(motion, BAND * amplitude, least)
+    standing = _standing(motion, BAND * amplitude, found)
+    return Outcome(amplitude, len(found) / whole, float(np.mean(standing)), whole)
 
 
 def _averaged(samples: NDArray[np.float64], width: float) -> NDArray[np.float64]:
@@ -117,6 +115,18 @@ def _stops(motion: NDArray[np.float64], band: float, least: float) -> list[tuple
                 taken[first : last + 1] = True
                 found.append((first, last))
     return found
+
+
+def _standing(motion: NDArray[np.float64], band: float, stops: list[tuple[int, int]]) -> NDArray[np.bool_]:
+    """Which samples belong to a stop: the longest stretch around each, as found, in which the motion keeps
+    within the whole band. So a stop lasts as long whether it was flat enough in the whole band or a finer."""
+    standing = np.zeros(len(motion), bool)
+    first_of = _reaching_back(motion, band)
+    for first, last in stops:
+        ends = last + np.flatnonzero(first_of[last:] <= first)
+        end = ends[np.argmax(ends - first_of[ends])]
+        standing[first_of[end] : end + 1] = True
+    return standing
 
 
 def _flat(motion: NDArray[np.float64], band: float, least: float) -> Iterator[tuple[int, int]]:

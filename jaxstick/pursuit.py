@@ -12,6 +12,9 @@ COARSE = 20.0
 """Steps on a period of the contact's ring where a state is only sought: an error of 5e-4 of the stroke, for a
 tenth of the work."""
 
+MEDIUM = 80.0
+"""The same where a motion is marched on: an error of 3e-5, for two fifths of the work."""
+
 TOLERANCE = 1e-9
 """How far a lap may be from closing, in ranges of each component over the lap."""
 
@@ -31,6 +34,9 @@ FAILED, FAILURES, NEARLY = 0.7, 3, 1e-7
 """With fine steps: a lap that leaves more than this share of the residual is a failure, unless the residual
 is below the last figure; so many of them are too many."""
 
+DOUBTFUL = 0.8
+"""A multiplier beyond this, as a search leaves it, is computed anew before a state is called stable."""
+
 NEW_STEPS_MEMORY = 0.3
 """The threshold of memory on the first lap with fine steps: what depends on the length of the step, such as
 the excess of a trial force, still has its coarse value then and must not act as memory."""
@@ -38,21 +44,28 @@ the excess of a trial force, still has its coarse value then and must not act as
 DIFFERENCE = 1e-6
 """By how many ranges a component is moved for a column of the Jacobian."""
 
+FORGOTTEN = 0.01
+"""A component whose column was smaller than this, in ranges, is left out of further Jacobians."""
+
 
 class Pursuit:
-    """The return maps of some lanes, with their sections, their steps a period, coarse and fine, and the work
-    done so far in periods with fine steps."""
+    """The return maps of some lanes, with their sections, their steps a period, coarse, medium and fine, and
+    the work done so far in periods with fine steps."""
 
     def __init__(self, laps: Laps, resolution: float):
         self.laps = laps
         self.fine = laps.steps(resolution)
         self.coarse = np.minimum(laps.steps(COARSE), self.fine)
+        self.medium = np.minimum(laps.steps(MEDIUM), self.fine)
         self.section = np.zeros(len(laps))
         self.work = np.zeros(len(laps))
 
-    def course(self, lanes: Index, steps: Real, cycles: Real | float = 1.0) -> Course:
+    def course(self, lanes: Index, steps: Real, cycles: Real) -> Course:
         """Laps of these lanes from their sections."""
-        return Course(lanes, self.section[lanes], steps[lanes], np.ones(len(lanes)) * cycles)
+        return Course(lanes, self.section[lanes], steps[lanes], cycles)
+
+    def _course(self, chase: Chase, which: Index, steps: Real) -> Course:
+        return self.course(chase.lane[which], steps, chase.cycles[which])
 
     def lap(self, course: Course, state: Real) -> tuple[Real, Real]:
         """The ends of these laps and the ranges of the components on the way."""
@@ -60,14 +73,13 @@ class Pursuit:
         self._count(course)
         return way.end, _ranges(way.least, way.greatest)
 
-    def _count(self, course: Course, times: int = 1) -> None:
-        share = course.steps * course.cycles / self.fine[course.lane]
-        np.add.at(self.work, course.lane, times * share)
+    def _count(self, course: Course) -> None:
+        np.add.at(self.work, course.lane, course.steps * course.cycles / self.fine[course.lane])
 
     def from_rest(self) -> Chase:
         """All lanes after coarse cycles from rest, their sections laid where they were fastest at last."""
-        lanes = np.arange(len(self.laps))
-        course = self.course(lanes, self.coarse)
+        lanes, once = np.arange(len(self.laps)), np.ones(len(self.laps))
+        course = self.course(lanes, self.coarse, once)
         state = self.laps.begin(course)
         for _ in range(FIRST_LAPS - 1):
             state = self.lap(course, state)[0]
@@ -76,34 +88,43 @@ class Pursuit:
         self.section = np.mod(way.fastest_at, 1.0)
         size = state.shape[1]
         ranges = _ranges(way.least, way.greatest)
-        return Chase.begin(lanes, way.fastest, ranges, np.zeros((len(lanes), size, size)))
+        return Chase.begin(lanes, way.fastest, ranges, np.zeros((len(lanes), size, size)), once)
 
-    def linearise(self, chase: Chase, which: Index, steps: Real, cycles: Real | float = 1.0) -> None:
-        """New Jacobians of these lanes at their present states."""
-        if len(which):
-            course = self.course(chase.lane[which], steps, cycles)
-            end, _ = self.lap(course, chase.state[which])
-            self._differentiate(chase, which, course, end)
+    def linearise(self, chase: Chase, which: Index, steps: Real) -> Real:
+        """New Jacobians of these lanes at their present states; the ends of their laps."""
+        return self._differentiate(chase, which, self._course(chase, which, steps))
 
-    def _differentiate(self, chase: Chase, which: Index, course: Course, end: Real) -> None:
-        """The Jacobians by differences, where the laps' ends are known. The acceleration follows from the
-        rest of the state as the step goes to zero, and is left out."""
-        state, ranges = chase.state[which], chase.ranges[which]
-        size = state.shape[1]
-        columns = np.delete(np.arange(size), ACCELERATION)
-        slopes = self.laps.jacobian(course, state, end, DIFFERENCE * ranges, columns)
-        self._count(course, len(columns))
-        found = np.zeros((len(state), size, size))
-        found[:, :, columns] = slopes * ranges[:, None, columns] / ranges[:, :, None]
+    def _differentiate(self, chase: Chase, which: Index, course: Course, end: Real | None = None) -> Real:
+        """The Jacobians by differences; the laps' ends. The acceleration follows from the rest of the state
+        as the step goes to zero, and is left out."""
+        ranges = chase.ranges[which]
+        first = np.max(np.abs(chase.jacobian[which]), axis=(1, 2), initial=0.0) == 0
+        wanted = chase.memory(FORGOTTEN)[which] | first[:, None]
+        wanted[:, ACCELERATION] = False
+        if end is None:
+            self._count(course)
+        self._count(course.take(np.nonzero(wanted)[0]))
+        end, slopes = self.laps.jacobian(course, chase.state[which], DIFFERENCE * ranges, wanted, end)
+        found = slopes * ranges[:, None, :] / ranges[:, :, None]
         chase.jacobian[which] = np.where(np.isfinite(found), found, 0.0)
+        chase.learned[which] = 0.0
+        return end
+
+    def settle(self, chase: Chase, which: Index) -> None:
+        """New Jacobians of those of these lanes of which the search leaves it in doubt whether perturbations
+        of them decay."""
+        doubtful = which[chase.largest()[which] > DOUBTFUL]
+        if len(doubtful):
+            self.linearise(chase, doubtful, self.fine)
 
     def approach(self, chase: Chase) -> Mask:
         """The chord method with coarse steps; which lanes end within the coarse tolerance."""
         active = np.arange(len(chase.lane))
-        self.linearise(chase, active, self.coarse)
-        for _ in range(COARSE_PASSES):
-            course = self.course(chase.lane[active], self.coarse)
-            end, _ = self.lap(course, chase.state[active])
+        end = self.linearise(chase, active, self.coarse)
+        for number in range(COARSE_PASSES):
+            course = self._course(chase, active, self.coarse)
+            if number > 0:
+                end, _ = self.lap(course, chase.state[active])
             change = _finite(end - chase.state[active])
             chase.learn(active, change, chase.memory()[active])
             going = chase.residual[active] >= COARSE_TOLERANCE
@@ -116,17 +137,22 @@ class Pursuit:
             chase.move(active, change, chase.memory()[active])
         return chase.residual < COARSE_TOLERANCE
 
-    def refine(self, chase: Chase, cycles: float = 1.0, new_steps: bool = False) -> Mask:
-        """The chord method with fine steps; which lanes end within the tolerance. `new_steps`: the states and
-        Jacobians are those of coarse steps."""
-        active = np.arange(len(chase.lane))
+    def refine(self, chase: Chase, which: Index, known: Real | None = None) -> Mask:
+        """The chord method with fine steps on these lanes; which lanes end within the tolerance. `known`: the
+        ends of their laps; where they are not known, states and Jacobians are those of coarse steps."""
+        active = which
         failures = np.zeros(len(chase.lane), int)
         chase.forget()
         for number in range(FINE_PASSES):
-            end, ranges = self.lap(self.course(chase.lane[active], self.fine, cycles), chase.state[active])
-            first = new_steps and number == 0
-            if first:
-                chase.ranges = ranges
+            if not len(active):
+                break
+            first = known is None and number == 0
+            if known is None or number > 0:
+                course = self._course(chase, active, self.fine)
+                end, ranges = self.lap(course, chase.state[active])
+                chase.ranges[active] = ranges if first else chase.ranges[active]
+            else:
+                end = known
             change = _finite(end - chase.state[active])
             memory = chase.memory(NEW_STEPS_MEMORY if first else MEMORY)[active]
             chase.learn(active, change, memory)
@@ -134,8 +160,6 @@ class Pursuit:
             failures[active] += ~(residual < FAILED * chase.before[active]) & (residual > NEARLY)
             going = ((residual >= TOLERANCE) | first) & (failures[active] < FAILURES)
             active, change, memory = active[going], change[going], memory[going]
-            if not len(active):
-                break
             if number < FINE_PASSES - 1:
                 chase.move(active, change, memory, first)
         return chase.residual < TOLERANCE

@@ -12,70 +12,79 @@ from jaxstick.pursuit import TOLERANCE, Pursuit
 LONGEST_PERIOD = 8
 """Periods of the drive after which a motion is still looked at for closing."""
 
-MARCHES = (4, 8, 12, 32, 64)
+MARCHES = (12, 12, 24)
 """Laps between two looks for a recurrence."""
 
-LOOKS = 3
+LOOKS = 2
 """So many looks every motion is given, those that then still seem to close the rest."""
+
+TRIES = 4
+"""Cycles that a motion is solved for, all its tries together."""
 
 RECURRENCE = 1e-3
 """How near, in ranges, a motion must have come back to be solved for; a tenth of that, and nearer than the
-time before, after more than two cycles."""
+time before, after more than one cycle."""
 
 
 def march_on(pursuit: Pursuit, chase: Chase) -> Index:
-    """Marches all lanes of the chase with fine steps until their motion closes, by itself or with help; the
-    periods in drive cycles, 0 where it does not."""
+    """Marches all lanes of the chase with medium steps until their motion seems to recur and can be solved
+    for with fine ones; the periods in drive cycles, 0 where there is none."""
     period = np.zeros(len(chase.lane), np.int64)
-    alone = np.zeros(len(chase.lane), bool)
-    ended = np.zeros(len(chase.lane), bool)
+    tried = np.zeros(len(chase.lane))
+    open_ = np.arange(len(chase.lane))
     trail = [chase.state.copy()]
     for look, length in enumerate(MARCHES, 1):
+        course = pursuit.course(chase.lane[open_], pursuit.medium, np.ones(len(open_)))
         for _ in range(length):
-            open_ = np.flatnonzero((period == 0) & ~ended)
-            if not len(open_):
-                break
-            trail = [*trail[-2 * LONGEST_PERIOD :], trail[-1].copy()]
             here = trail[-1][open_]
-            end, chase.ranges[open_] = pursuit.lap(pursuit.course(chase.lane[open_], pursuit.fine), here)
-            chase.residual[open_] = _gap(end, here, chase.ranges[open_])
-            closed = chase.residual[open_] < TOLERANCE
-            period[open_[closed]], alone[open_[closed]] = 1, True
-            chase.state[open_] = np.where(closed[:, None], here, end)
-            trail[-1][open_] = end
-        open_ = np.flatnonzero((period == 0) & ~ended)
+            trail = [*trail[-2 * LONGEST_PERIOD :], trail[-1].copy()]
+            trail[-1][open_], chase.ranges[open_] = pursuit.lap(course, here)
+        chase.state[open_] = trail[-1][open_]
+        chase.residual[open_] = _gap(trail[-1][open_], trail[-2][open_], chase.ranges[open_])
+        cycles = recurrence([states[open_] for states in trail], chase.ranges[open_])
+        cycles[tried[open_] + cycles > TRIES] = 0
+        seeming = open_[cycles > 0]
+        if len(seeming):
+            period[seeming] = _close(pursuit, chase, seeming, cycles[cycles > 0])
+            tried[open_] += cycles
+        open_ = open_[(period[open_] == 0) & ((look < LOOKS) | (cycles > 0))]
         if not len(open_):
             break
-        cycles = recurrence([states[open_] for states in trail], chase.ranges[open_])
-        for seeming in np.unique(cycles[cycles > 0]):
-            some = open_[cycles == seeming]
-            period[some] = _close(pursuit, chase, some, int(seeming))
-        if look >= LOOKS:
-            ended[open_[cycles == 0]] = True
-    pursuit.linearise(chase, np.flatnonzero(alone), pursuit.fine)
     return period
 
 
-def _close(pursuit: Pursuit, chase: Chase, which: Index, cycles: int) -> Index:
+def _close(pursuit: Pursuit, chase: Chase, which: Index, cycles: Index) -> Index:
     """The chord method with new Jacobians for motions that nearly recur after so many cycles: the period
     where they close and their perturbations decay, else 0 and the chase is left as it was."""
-    some = chase.some(which)
+    some = chase.some(which, cycles.astype(float))
     everyone = np.arange(len(which))
-    pursuit.linearise(some, everyone, pursuit.fine, cycles)
-    period = np.where(pursuit.refine(some, cycles), cycles, 0)
-    for shorter in (divisor for divisor in range(1, cycles) if cycles % divisor == 0):
-        same = np.flatnonzero(period == cycles)
-        if len(same):
-            course = pursuit.course(some.lane[same], pursuit.fine, shorter)
-            end, _ = pursuit.lap(course, some.state[same])
-            period[same[_gap(end, some.state[same], some.ranges[same]) < 100 * TOLERANCE]] = shorter
-    closed = np.flatnonzero(period)
-    pursuit.linearise(some, closed, pursuit.fine, period[closed].astype(float))
-    period[some.largest() > 1.0] = 0
-    found = np.flatnonzero(period)
+    ends = pursuit.linearise(some, everyone, pursuit.fine)
+    closed = np.flatnonzero(pursuit.refine(some, everyone, ends))
+    shortest = _shortest(pursuit, some, closed)
+    if len(shortest):
+        pursuit.linearise(some, shortest, pursuit.fine)
+    pursuit.settle(some, np.setdiff1d(closed, shortest))
+    found = closed[some.largest()[closed] <= 1.0]
     chase.state[which[found]], chase.jacobian[which[found]] = some.state[found], some.jacobian[found]
     chase.residual[which[found]] = some.residual[found]
+    period = np.zeros(len(which), np.int64)
+    period[found] = some.cycles[found]
     return period
+
+
+def _shortest(pursuit: Pursuit, chase: Chase, closed: Index) -> Index:
+    """Sets the cycles of motions that close to the least number after which they do, a divisor of those they
+    are solved for; which were shortened."""
+    solved = chase.cycles.copy()
+    for shorter in range(1, LONGEST_PERIOD // 2 + 1):
+        whole = (solved % shorter == 0) & (solved > shorter) & (chase.cycles == solved)
+        some = closed[whole[closed]]
+        if len(some):
+            course = pursuit.course(chase.lane[some], pursuit.fine, np.full(len(some), float(shorter)))
+            end, _ = pursuit.lap(course, chase.state[some])
+            same = _gap(end, chase.state[some], chase.ranges[some]) < 100 * TOLERANCE
+            chase.cycles[some[same]] = shorter
+    return np.flatnonzero(chase.cycles < solved)
 
 
 def recurrence(trail: Sequence[Real], ranges: Real) -> Index:
@@ -92,7 +101,7 @@ def recurrence(trail: Sequence[Real], ranges: Real) -> Index:
     shortest = np.argmax(now <= 5 * np.min(now, axis=0), axis=0)
     found, before = (np.take_along_axis(gaps, shortest[None], 0)[0] for gaps in (now, earlier))
     shrinks = (found < 0.9 * before) & (found < RECURRENCE / 10)
-    return np.where(np.where(shortest < 2, found < RECURRENCE, shrinks), shortest + 1, 0)
+    return np.where(np.where(shortest < 1, found < RECURRENCE, shrinks), shortest + 1, 0)
 
 
 def _gap(one: Real, other: Real, ranges: Real) -> Real:

@@ -135,7 +135,7 @@ def block_of_steps(
     """`BLOCK` steps from node BLOCK `number` on: the state after them and what was seen on the way. Where the
     lap is over neither changes."""
     oscillator, h = lap.oscillator, lap.period / lap.steps
-    first = number * float(BLOCK)
+    first = jnp.asarray(number, float) * BLOCK
     origin = (lap.section + first / lap.steps) * lap.period
     turns = jnp.mod(first, lap.steps) / lap.steps + lap.section + drive_phase(lap) / (2 * jnp.pi)
     sine, cosine = sine_and_cosine(turns)

@@ -53,7 +53,7 @@ def _settled_jvp(primals: tuple[Any, ...], tangents: tuple[Any, ...]) -> tuple[V
         return jax.vmap(returned, in_axes=(0, 0, None))(laps, vectors, blocks)
 
     forced = jax.jvp(ends, (laps,), (tangents[0],))[1]
-    system = jnp.eye(vectors.shape[1]) - monodromy(laps, vectors, blocks)
+    system = jnp.eye(vectors.shape[1])[None] - monodromy(laps, vectors, blocks)
     return vectors, jnp.linalg.solve(system, forced[..., None])[..., 0]
 
 

@@ -15,9 +15,6 @@ from jaxstick.recurrence import LONGEST_PERIOD, march_on
 RESOLUTION = 200.0
 """Steps on a period of the contact's ring (error about 5e-6 of the stroke at 200)."""
 
-DOUBTFUL = 0.8
-"""A multiplier beyond this, as the search leaves it, is computed anew before the state is called stable."""
-
 
 @dataclass(frozen=True, eq=False)
 class PeriodicStates:
@@ -45,24 +42,22 @@ def periodic_states(laps: Laps, resolution: float = RESOLUTION) -> PeriodicState
     A few coarse cycles from rest lead near; the section is laid where the mass is fastest, since there it
     slips and the contact's deflection is no memory. A Jacobian by differences and the chord method with
     Broyden's corrections find the periodic state of the coarse steps, and from there that of the fine ones.
-    What does not get there so is marched on with fine steps, looked at for a recurrence after 1 to 8 cycles,
-    and solved for that. A state whose perturbations grow (a multiplier beyond 1) is not taken, since no
+    What does not get there so is marched on, looked at for a recurrence after 1 to 8 cycles, and solved for
+    that. A state whose perturbations grow (a multiplier beyond 1) is not taken, since no
     motion stays there. Every lane is treated on its own, whoever else is there.
     """
     pursuit = Pursuit(laps, resolution)
     chase = pursuit.from_rest()
     marched = chase.state.copy()
-    lost = np.flatnonzero(~pursuit.approach(chase))
-    chase.state[lost] = marched[lost]
-    pursuit.linearise(chase, lost, pursuit.fine)
-    solved = pursuit.refine(chase, new_steps=True)
-    pursuit.linearise(chase, np.flatnonzero(solved & (chase.largest() > DOUBTFUL)), pursuit.fine)
+    near = pursuit.approach(chase)
+    solved = near & pursuit.refine(chase, np.flatnonzero(near))
+    pursuit.settle(chase, np.flatnonzero(solved))
     solved &= chase.largest() <= 1.0
     period = solved.astype(np.int64)
     hard = np.flatnonzero(~solved)
     if len(hard):
         chase.state[hard] = marched[hard]
-        some = chase.some(hard)
+        some = chase.some(hard, chase.cycles[hard])
         period[hard] = march_on(pursuit, some)
         chase.state[hard], chase.jacobian[hard] = some.state, some.jacobian
         chase.residual[hard] = some.residual
