@@ -131,8 +131,8 @@ def _promising_shapes(
 def _templates(
     model: Model, bench: Bench, at: Refit, groups: Sequence[tuple[str, ...]], points: Sequence[np.ndarray]
 ) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Level, base unknowns and residual per lane, (lanes, rows, 1 + base + 1), and for every point the columns
-    of all strengths, all weighted and with the lane's own projected out."""
+    """Level, base unknowns and residual per lane, (lanes, rows, 1 + base + 1), and for every point the
+    columns of all strengths, all weighted and with the lane's own projected out."""
     count, lanes = len(bench.lanes), allowed(bench.lanes, at.point.widths)
     every = np.tile(np.arange(count), len(points))
     jobs = [job(bench, at.point, chosen_columns(at.free, model.level, count))]
