@@ -18,7 +18,7 @@ SUSPECT = 4.0
 BETTER = 0.9
 
 
-def released(model: Model, bench: Bench, fit: Refit, seed: int = 0) -> Refit:
+def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: bool = True) -> Refit:
     """The refit with its lost lanes freed and everything fitted once more; the same where none is better.
 
     Lost are lanes whose cost lies far above the typical one. Each is tried from `TRIES` starts scattered
@@ -42,7 +42,7 @@ def released(model: Model, bench: Bench, fit: Refit, seed: int = 0) -> Refit:
         return fit
     every = fit.point.own.copy()
     every[lost[better]] = own.reshape(TRIES, len(lost), OWN)[winner, column][better]
-    (again,) = refit(model, bench, [dataclasses.replace(fit.point, own=every)], [fit.free])
+    (again,) = refit(model, bench, [dataclasses.replace(fit.point, own=every)], [fit.free], wander=wander)
     return again if again.misfit < fit.misfit else fit
 
 

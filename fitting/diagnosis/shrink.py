@@ -11,6 +11,7 @@ import numpy as np
 from fitting.diagnosis.findings import Closure
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point, Refit, misfit_of, refit
+from fitting.diagnosis.release import released
 from fitting.problem import Problem
 from jaxstick.errors import UserError
 from jaxstick.record import CONSTANTS
@@ -80,7 +81,8 @@ def closure(
     """The gap on the held-out lanes under several fits of the others: `fits` has those called nominal and
     named, and may have wrong and placebo.
 
-    Constants and effects stay as fitted; every lane's start and every run's level are fitted anew.
+    Constants and effects stay as fitted; every lane's start and every run's level are fitted anew. Friction
+    may wander as far as it does under the named fit.
     """
     test, widths = bench.take(held.held), fits["named"].point.widths
     points = {
@@ -91,17 +93,14 @@ def closure(
         point = Point((), model.origin(assumed), np.zeros(test.runs), own[held.held], widths)
         points["assumed"] = point
     nothing = np.zeros(0, int)
-    results = dict(
-        zip(
-            points,
-            refit(
-                model, test, list(points.values()), [nothing] * len(points), iterations=SETTLED, wander=False
-            ),
-            strict=True,
-        )
+    fitted = refit(
+        model, test, list(points.values()), [nothing] * len(points), iterations=SETTLED, wander=False
     )
+    results = {
+        name: released(model, test, fit, wander=False) for name, fit in zip(points, fitted, strict=True)
+    }
     dof = test.dof()
-    gaps = {name: math.sqrt(result.misfit) for name, result in results.items()}
+    gaps = {name: math.sqrt(misfit_of(result.cost, dof)) for name, result in results.items()}
     floor = min(1.0, gaps["named"])
 
     def closed(name: str) -> float:

@@ -1,0 +1,32 @@
+"""Segments laid out as lanes."""
+
+from __future__ import annotations
+
+import jax
+import pytest
+
+from fitting.problem import pose
+from fitting.segments import Segment, lay_out
+from fitting.settings import Settings
+from jaxstick.parts.drive import SineDrive
+from tests.fitting.reference_data import dataset, own_run
+
+SAMPLES = 200
+
+
+def test_the_drive_goes_on_past_the_last_sample_of_a_record():
+    """Lanes that are filled up beyond the end of their run see the base of the last sample at that sample."""
+    run = own_run(SineDrive(1.5, 10e-3), samples=SAMPLES, file="run-0.csv")
+    assert run.base is not None
+    problem = pose(dataset(run), Settings())
+    lanes = lay_out(
+        problem.chosen, [Segment(0, SAMPLES - 30, SAMPLES)], problem.dataset.rig, 1.0, 2, beyond=20
+    )
+    drive = jax.tree.map(lambda leaf: leaf[0], lanes.drive)
+    last = run.time[-1]
+    step = run.interval
+    with jax.enable_x64(True):
+        before, at, after = (drive.at(last + share * step) for share in (-1e-6, 0.0, 0.5))
+    assert float(at.y) == pytest.approx(run.base[-1], abs=1e-6)
+    assert float(at.y) == pytest.approx(float(before.y), abs=1e-7)
+    assert float(after.y) == pytest.approx(float(at.y) + 0.5 * step * float(at.y_rate), abs=2e-5)
