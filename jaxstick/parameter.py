@@ -19,6 +19,7 @@ class Parameter:
     `null` is the value at which the parameter has no influence (None where there is none, such as a mass).
     `typical` is the size to be expected where it does, as a multiple of what its unit amounts to on the rig
     at hand: N the level of friction, m the stroke, s the natural period, their products and powers likewise.
+    `tries` are values that it is likely to have on any rig, the mains' frequencies for one.
     """
 
     unit: str
@@ -27,6 +28,7 @@ class Parameter:
     upper: float = math.inf
     null: float | None = None
     typical: float | None = None
+    tries: tuple[float, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,10 +53,11 @@ def parameter(
     upper: float = math.inf,
     null: float | None = None,
     typical: float | None = None,
+    tries: tuple[float, ...] = (),
     **field: Any,
 ) -> Any:
     """A field of an `equinox.Module` that holds a physical parameter (a float or an array of lanes)."""
-    return eqx.field(metadata={_KEY: Parameter(unit, meaning, lower, upper, null, typical)}, **field)
+    return eqx.field(metadata={_KEY: Parameter(unit, meaning, lower, upper, null, typical, tries)}, **field)
 
 
 def parameters(module: eqx.Module) -> Iterator[Place]:

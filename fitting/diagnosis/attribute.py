@@ -65,7 +65,7 @@ def attribute(model: Model, bench: Bench, point: Point, progress: Progress) -> A
     found.sort(key=lambda explanation: explanation.refit.misfit)
     leader = found[0]
     alone = suffices(nominal.misfit, leader.refit.misfit)
-    around = screen(model, bench, leader.refit, own_group=alone)
+    around = screen(model, bench, leader.refit, own_group=alone, shapes=not alone)
     inflation = float(np.median([promise.inflation for promise in around.promises]))
     if not alone:
         screens = [around, *(screen(model, bench, other.refit) for other in found[1:LEADERS])]

@@ -14,6 +14,7 @@ from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution, Explanation, attribute
 from fitting.diagnosis.base import Ground, ground
 from fitting.diagnosis.confidence import deviations
+from fitting.diagnosis.detection import detection_limit
 from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter, Trace
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
@@ -28,9 +29,6 @@ from fitting.segments import Segment
 from fitting.settings import Settings
 from jaxstick.record import CONSTANTS, DataSet
 
-DETECTED = 18.0
-"""The fall of chi-square that pays for an effect among many."""
-NINE_IN_TEN = 1.28
 ALIKE = 8
 """How many of the best explanations are compared with one another."""
 
@@ -202,8 +200,6 @@ def _candidates(model: Model, found: Attribution) -> tuple[Candidate, ...]:
         fit, promise = explanation.refit, explanation.promise
         free = set(fit.free.tolist())
         own = [i for key in explanation.keys for i in model.of(key) if i in free]
-        member = model.members[model.index(model.shelf.strengths[promise.key][0])[0]]
-        spread = math.sqrt(max(found.inflation, 1.0) / max(float(promise.information[0]), 1e-300))
         out.append(
             Candidate(
                 keys=explanation.keys,
@@ -221,7 +217,7 @@ def _candidates(model: Model, found: Attribution) -> tuple[Candidate, ...]:
                     )
                     for i in own
                 ),
-                detection_limit=(math.sqrt(DETECTED) + NINE_IN_TEN) * spread * member.scale,
+                detection_limit=detection_limit(model, promise, found.inflation),
             )
         )
     return tuple(sorted(out, key=lambda candidate: -candidate.probability))

@@ -88,6 +88,7 @@ class Model:
         self.nominal = jax.tree.map(np.asarray, problem.hypothesis.nominal)
         effects = effects_at_null(tuple(shelf))
         strengths, shapes, members = {}, {}, list(problem.unknowns.members)
+        self.tries: dict[str, tuple[float, ...]] = {}
         self.constants = tuple(unknown.name for unknown in members)
         members += _rig_unknowns(problem)
         self.rig = tuple(unknown.name for unknown in members[len(self.constants) :])
@@ -96,7 +97,10 @@ class Model:
             own = [_effect_unknown(f"{key}.{place.path[-1]}", effect, place, problem) for place in places]
             kinds = {u.name: place.parameter for u, place in zip(own, places, strict=True)}
             strengths[key] = tuple(name for name, kind in kinds.items() if kind.null is not None)
-            shapes[key] = tuple(name for name, kind in kinds.items() if kind.null is None and kind.typical)
+            shapes[key] = tuple(
+                name for name, kind in kinds.items() if kind.null is None and (kind.typical or kind.tries)
+            )
+            self.tries.update({name: kind.tries for name, kind in kinds.items() if kind.tries})
             members += own
         self.shelf = Shelf(shelf, strengths, shapes)
         self.members = tuple(members)

@@ -53,23 +53,23 @@ class Screen:
     cosine: np.ndarray
 
 
-def screen(model: Model, bench: Bench, at: Refit, *, own_group: bool = False) -> Screen:
+def screen(model: Model, bench: Bench, at: Refit, *, own_group: bool = False, shapes: bool = True) -> Screen:
     """Screens every effect that is not part of the fitted hypothesis yet; where `own_group`, only those that
-    are attached to it already, which needs no further program."""
+    are attached to it already, which needs no further program. Where not `shapes`, usual shapes alone."""
     present = model.free_effects(at.free)
     among = [group for group in model.groups() if not own_group or set(group) <= set(at.point.keys)]
     groups = [tuple(key for key in group if key not in present) for group in among]
     groups = [group for group in groups if group]
     keys = [key for group in groups for key in group]
     places = _places([len(model.shelf.strengths[key]) for key in keys])
-    shapes = _promising_shapes(model, bench, at, groups)
-    points = [_with_shapes(model, at.point.coordinates, tried) for tried in ({}, *shapes)]
+    others = _promising_shapes(model, bench, at, groups) if shapes else []
+    points = [_with_shapes(model, at.point.coordinates, tried) for tried in ({}, *others)]
     common, templates = _templates(model, bench, at, groups, points)
     tables = [_Table(model, bench, at, common, part) for part in templates]
     found = []
     for key, place in zip(keys, places, strict=True):
         made = [tables[0].promise(key, place, np.zeros(0))]
-        tried = zip(tables[1:], shapes, strict=True)
+        tried = zip(tables[1:], others, strict=True)
         made += [table.promise(key, place, shape[key]) for table, shape in tried if key in shape]
         made.sort(key=lambda promise: -promise.score)
         found.append(dataclasses.replace(made[0], second=made[1] if len(made) > 1 else None))
@@ -106,14 +106,11 @@ def _promising_shapes(
     keys = [key for group in shaped for key in group]
     places = _places([len(model.shelf.strengths[key]) for key in keys])
     draws = np.vstack([[0.5, 0.5], qmc.Halton(2, scramble=False).random(SHAPES + 1)[1:]])
-    tried = []
-    for shift in REACH * (2 * draws - 1):
-        shapes = {}
-        for key in keys:
-            own = model.index(*model.shelf.shapes[key])
-            wanted = at.point.coordinates[own] + shift[np.arange(len(own)) % 2]
-            shapes[key] = np.clip(wanted, model.lower[own], model.upper[own])
-        tried.append(shapes)
+    shifts = REACH * (2 * draws - 1)
+    tried = [
+        {key: _shape(model, key, at.point.coordinates, number, shift) for key in keys}
+        for number, shift in enumerate(shifts)
+    ]
     moved = [_with_shapes(model, at.point.coordinates, shapes) for shapes in tried]
     common, templates = _templates(model, part, thin, shaped, moved)
     tables = [_Table(model, part, thin, common, whole) for whole in templates]
@@ -126,6 +123,18 @@ def _promising_shapes(
         if any(apart):
             other[key] = tried[int(np.argmax(np.where(apart, scores, -np.inf)))][key]
     return [best, other]
+
+
+def _shape(model: Model, key: str, coordinates: np.ndarray, number: int, shift: np.ndarray) -> np.ndarray:
+    """The shape of an effect in a trial: its typical one moved by the shift, or in turn what a parameter is
+    likely to be on any rig."""
+    own = model.index(*model.shelf.shapes[key])
+    wanted = coordinates[own] + shift[np.arange(len(own)) % 2]
+    for place, name in enumerate(model.shelf.shapes[key]):
+        if name in model.tries:
+            choices = model.tries[name]
+            wanted[place] = model.members[own[place]].to_coordinate(choices[number % len(choices)])
+    return np.clip(wanted, model.lower[own], model.upper[own])
 
 
 def _templates(

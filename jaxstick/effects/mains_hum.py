@@ -44,7 +44,7 @@ class MainsHum(AbstractEffect):
         "N", "part of the hum a quarter period later", null=0.0, typical=0.01, default=0.0
     )
     frequency: Float[Array, ""] | float = parameter(
-        "Hz", "frequency of the mains", lower=45.0, upper=65.0, default=50.0
+        "Hz", "frequency of the mains", lower=45.0, upper=65.0, tries=(50.0, 60.0), default=50.0
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
