@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 import dataclasses
+from typing import ClassVar
 
 import equinox as eqx
 
@@ -27,9 +28,12 @@ class AbstractEffect(eqx.Module):
 
     Its first parameter is its strength; at the strength's null value the effect changes nothing, so that
     every hypothesis contains the nominal model. Further parameters give its shape and mean nothing at null.
+    `aliases` are the keys of effects that leave the same trace in base, displacement and force once the rig's
+    properties and the constants of friction are fitted; each names the others.
     """
 
     card: eqx.AbstractClassVar[Card]
+    aliases: ClassVar[tuple[str, ...]] = ()
 
     @abc.abstractmethod
     def attach(self, oscillator: Oscillator) -> Oscillator:

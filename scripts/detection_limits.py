@@ -1,10 +1,10 @@
 """What a diagnosis of a data set could see: the predicted detection limit of every effect, as a table.
 
-    python -m scripts.detection_limits DATASET [DATASET ...]
+    python -m scripts.detection_limits DATASET ...
 
-For every effect of the shelf, in its usual shape, the strength that the data set would show in nine of ten cases, at
-the fitted nominal model with everything free that a diagnosis leaves free; and the effect that is likest to it in
-these records, with the cosine between the two.
+For every effect of the shelf, in its usual shape, the strength that the data set would show in nine of ten
+cases, at the fitted nominal model with everything free that a diagnosis leaves free; and the effect that is
+likest to it in these records, with the cosine between the two.
 """
 
 from __future__ import annotations

@@ -25,6 +25,8 @@ shape."""
 SHORT_LIST_OF_SECONDS = 5
 LEADERS = 2
 RELEASED = 4
+SAME = 0.98
+"""Aliases are the same to records in which the cosine between their traces is larger."""
 FAR = 6.0
 
 
@@ -75,7 +77,12 @@ def attribute(model: Model, bench: Bench, point: Point, progress: Progress) -> A
         Account(e.keys, e.refit.misfit, sum(len(model.shelf.names(key)) for key in e.keys)) for e in found
     ]
     judgement = judge(
-        nominal.misfit, accounts, float(bench.dof().sum()), inflation, list(model.shelf.effects)
+        nominal.misfit,
+        accounts,
+        float(bench.dof().sum()),
+        inflation,
+        list(model.shelf.effects),
+        _aliases(model, first),
     )
     return Attribution(nominal, tuple(found), first, judgement, inflation)
 
@@ -114,6 +121,19 @@ def _begin(model: Model, base: Refit, promise: Promise, share: float, keys: tupl
     if len(promise.shape):
         coordinates[model.index(*model.shelf.shapes[promise.key])] = promise.shape
     return dataclasses.replace(base.point, keys=keys, coordinates=coordinates)
+
+
+def _aliases(model: Model, seen: Screen) -> dict[str, list[str]]:
+    """The effects that leave the same trace as another in these very records."""
+    place = {key: number for number, key in enumerate(seen.keys)}
+    return {
+        key: [
+            other
+            for other in model.shelf.effects[key].aliases
+            if other in place and seen.cosine[place[key], place[other]] > SAME
+        ]
+        for key in seen.keys
+    }
 
 
 def _short_list(promises: Sequence[Promise]) -> list[Promise]:

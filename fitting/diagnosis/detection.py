@@ -13,7 +13,7 @@ NINE_IN_TEN = 1.28
 
 
 def detection_limit(model: Model, promise: Promise, inflation: float) -> float:
-    """The strength [its own unit] that lowers chi-square by `DETECTED` in nine of ten data sets like this one.
+    """The strength [own unit] that lowers chi-square by `DETECTED` in nine of ten data sets like this.
 
     (sqrt(DETECTED) + 1.28) sqrt(inflation/information): the score test's power, where the variance of scores
     is `inflation` times that of white residuals. Of several strengths it is that of the first.

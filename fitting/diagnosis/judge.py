@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -21,6 +21,14 @@ MISSPECIFIED = 30.0
 LEAST_PIECES = 25.0
 LEAST_INFLATION = 2.0
 """Scores vary at least so many times as much as white noise says: the integrator's own error sees to that."""
+FLOOR = 0.16
+"""How far above the noise the nominal model may stay where nothing else acts: the noise is estimated,
+and sensors and sampling have ways of their own."""
+ALIKE = 0.05
+"""Aliases whose misfits differ by less than this share of the excess are not told apart."""
+SOFT = 0.03
+"""Differences of misfits count against this share of the excess besides the misfits themselves: so much may
+depend on the shape that an effect has on the shelf."""
 UNLISTED_SHARE = 0.12
 """The share of the excess that an effect off the shelf is taken to leave: a listed one that leaves far more
 is not the cause."""
@@ -62,24 +70,33 @@ class Judgement:
 
 
 def judge(
-    nominal: float, accounts: Sequence[Account], samples: float, inflation: float, shelf: Sequence[str]
+    nominal: float,
+    accounts: Sequence[Account],
+    samples: float,
+    inflation: float,
+    shelf: Sequence[str],
+    aliases: Mapping[str, Collection[str]] | None = None,
 ) -> Judgement:
     """The probabilities of all explanations.
 
     nominal: the misfit without any effect; samples: degrees of freedom; inflation: variance of scores by
-    clusters over that of white residuals; shelf: all keys.
+    clusters over that of white residuals; shelf: all keys; aliases: effects that these records do not tell
+    from an effect.
     """
     best = min([nominal, *(account.misfit for account in accounts)])
     pieces = pieces_of_evidence(best, samples, inflation)
     price = 0.5 * math.log(pieces)
 
+    excess = max(nominal - 1.0, 0.0)
+
     def weight(misfit: float, parameters: int, prior: float) -> float:
-        return -0.5 * pieces * math.log(max(misfit, 1e-3)) - price * parameters + math.log(prior)
+        evidence = -0.5 * pieces * math.log(max(misfit, 1e-3) + SOFT * excess)
+        return evidence - price * parameters + math.log(prior)
 
     unlisted = UNLISTED_FLOOR + UNLISTED_SHARE * max(nominal - UNLISTED_FLOOR, 0.0)
     names = [NONE, UNLISTED]
     logs = [
-        weight(nominal, 0, PRIOR[NONE]),
+        weight(nominal, 0, PRIOR[NONE]) - 0.5 * (excess / FLOOR) ** 2,
         weight(unlisted, UNLISTED_PARAMETERS, PRIOR[UNLISTED]),
     ]
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
@@ -91,6 +108,7 @@ def judge(
         needless = enough and not single and account.misfit > CLEAN
         names.append("+".join(account.keys))
         logs.append(weight(alone if needless else account.misfit, account.parameters, prior))
+    logs = _levelled(names, logs, accounts, ALIKE * excess, aliases or {})
     share = np.exp(np.array(logs) - max(logs))
     share = (1 - DOUBT) * share / share.sum() + DOUBT / len(share)
     explanations = dict(zip(names, share.tolist(), strict=True))
@@ -100,6 +118,28 @@ def judge(
             effects[key] += explanations["+".join(account.keys)] / len(account.keys)
     verdict, named = _verdict(explanations)
     return Judgement(explanations, effects, verdict, named)
+
+
+def _levelled(
+    names: Sequence[str],
+    logs: Sequence[float],
+    accounts: Sequence[Account],
+    difference: float,
+    aliases: Mapping[str, Collection[str]],
+) -> list[float]:
+    """The weights, those of aliases that explain the records alike shared equally among them."""
+    misfit = {account.keys[0]: account.misfit for account in accounts if len(account.keys) == 1}
+    weight = dict(zip(names, logs, strict=True))
+    out = []
+    for name, log in weight.items():
+        mates = [
+            other
+            for other in aliases.get(name, ())
+            if other in misfit and name in misfit and abs(misfit[other] - misfit[name]) < difference
+        ]
+        same = [log, *(weight[other] for other in mates)]
+        out.append(float(np.logaddexp.reduce(same)) - math.log(len(same)))
+    return out
 
 
 def suffices(nominal: float, alone: float) -> bool:
