@@ -25,7 +25,7 @@ shape."""
 SHORT_LIST_OF_SECONDS = 5
 LEADERS = 2
 RELEASED = 4
-SAME = 0.98
+SAME = 0.9
 """Aliases are the same to records in which the cosine between their traces is larger."""
 FAR = 6.0
 
