@@ -28,12 +28,12 @@ class AbstractEffect(eqx.Module):
 
     Its first parameter is its strength; at the strength's null value the effect changes nothing, so that
     every hypothesis contains the nominal model. Further parameters give its shape and mean nothing at null.
-    `aliases` are the keys of effects that leave the same trace in base, displacement and force once the rig's
-    properties and the constants of friction are fitted; each names the others.
+    `traces` says what it changes in base, displacement and force once the rig's properties and the constants
+    of friction are fitted, where other effects change the same: two that share a trace are aliases.
     """
 
     card: eqx.AbstractClassVar[Card]
-    aliases: ClassVar[tuple[str, ...]] = ()
+    traces: ClassVar[tuple[str, ...]] = ()
 
     @abc.abstractmethod
     def attach(self, oscillator: Oscillator) -> Oscillator:

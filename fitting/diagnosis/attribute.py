@@ -11,7 +11,7 @@ from fitting.diagnosis.base import nuisances
 from fitting.diagnosis.judge import Account, Judgement, judge, suffices
 from fitting.diagnosis.model import COLUMNS, Model
 from fitting.diagnosis.refit import Bench, Point, Refit, refit
-from fitting.diagnosis.release import released
+from fitting.diagnosis.release import borrowed, released
 from fitting.diagnosis.screen import Promise, Screen, screen
 from fitting.progress import Progress
 
@@ -66,6 +66,10 @@ def attribute(model: Model, bench: Bench, point: Point, progress: Progress) -> A
     ]
     found.sort(key=lambda explanation: explanation.refit.misfit)
     leader = found[0]
+    nominal = borrowed(model, bench, nominal, leader.refit)
+    found[1:RELEASED] = [
+        dataclasses.replace(e, refit=borrowed(model, bench, e.refit, leader.refit)) for e in found[1:RELEASED]
+    ]
     alone = suffices(nominal.misfit, leader.refit.misfit)
     around = screen(model, bench, leader.refit, own_group=alone, shapes=not alone)
     inflation = float(np.median([promise.inflation for promise in around.promises]))
@@ -125,14 +129,14 @@ def _begin(model: Model, base: Refit, promise: Promise, share: float, keys: tupl
 
 def _aliases(model: Model, seen: Screen) -> dict[str, list[str]]:
     """The effects that leave the same trace as another in these very records."""
-    place = {key: number for number, key in enumerate(seen.keys)}
+    traces = [set(model.shelf.effects[key].traces) for key in seen.keys]
     return {
         key: [
             other
-            for other in model.shelf.effects[key].aliases
-            if other in place and seen.cosine[place[key], place[other]] > SAME
+            for there, other in enumerate(seen.keys)
+            if here != there and traces[here] & traces[there] and seen.cosine[here, there] > SAME
         ]
-        for key in seen.keys
+        for here, key in enumerate(seen.keys)
     }
 
 

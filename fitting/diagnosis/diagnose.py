@@ -19,6 +19,7 @@ from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point, Refit, refit
+from fitting.diagnosis.release import released
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import Split, check_hold_out, closure, part, share_closed, split
 from fitting.diagnosis.words import advice, notes, sentence, steps_taken
@@ -136,7 +137,8 @@ def _finally(
 
     chosen = [found.nominal] if named is None else [found.nominal, named.refit]
     results = refit(model, base.bench, [begin(fit) for fit in chosen], [fit.free for fit in chosen])
-    return results[0], results[-1]
+    nominal, *others = (released(model, base.bench, fit) for fit in results)
+    return nominal, others[-1] if others else nominal
 
 
 def _constants(

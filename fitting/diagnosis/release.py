@@ -11,6 +11,8 @@ from fitting.diagnosis.refit import Bench, Point, Refit, job, normal, refit
 from fitting.diagnosis.wander import OWN, START
 
 TRIES = 16
+"""So many starts for every lost lane, and together at least `LEAST_TRIES`."""
+LEAST_TRIES = 128
 SCATTER = (0.1, 0.5, 1.0)
 """Standard deviations of displacement, velocity and force of the new starts, in units of their priors'."""
 ITERATIONS = 5
@@ -21,7 +23,7 @@ BETTER = 0.9
 def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: bool = True) -> Refit:
     """The refit with its lost lanes freed and everything fitted once more; the same where none is better.
 
-    Lost are lanes whose cost lies far above the typical one. Each is tried from `TRIES` starts scattered
+    Lost are lanes whose cost lies far above the typical one. Each is tried from many starts scattered
     around what the record says, at the unknowns as they are.
     """
     share = fit.cost / bench.dof()
@@ -30,20 +32,39 @@ def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: b
     if len(lost) == 0:
         return fit
     random = np.random.default_rng(seed)
-    part = bench.take(np.tile(lost, TRIES))
+    tries = max(TRIES, LEAST_TRIES // len(lost))
+    part = bench.take(np.tile(lost, tries))
     scattered = np.array(part.lanes.start)
     deviation = np.asarray(part.lanes.start_deviation)[:, :START]
     scattered[:, :START] += np.array(SCATTER) * deviation * random.standard_normal(deviation.shape)
     own, cost = settled(model, part, dataclasses.replace(fit.point, own=scattered))
-    cost = cost.reshape(TRIES, -1)
+    cost = cost.reshape(tries, -1)
     winner, column = np.argmin(cost, axis=0), np.arange(len(lost))
     better = cost[winner, column] < BETTER * fit.cost[lost]
     if not better.any():
         return fit
     every = fit.point.own.copy()
-    every[lost[better]] = own.reshape(TRIES, len(lost), OWN)[winner, column][better]
+    every[lost[better]] = own.reshape(tries, len(lost), OWN)[winner, column][better]
     (again,) = refit(model, bench, [dataclasses.replace(fit.point, own=every)], [fit.free], wander=wander)
     return again if again.misfit < fit.misfit else fit
+
+
+def borrowed(model: Model, bench: Bench, fit: Refit, other: Refit) -> Refit:
+    """The refit, fitted once more with the starts that another hypothesis has for the lanes that it fits far
+    better, and with all of them and its constants; the same where neither is better."""
+    lost = fit.cost > SUSPECT * other.cost
+    if not lost.any():
+        return fit
+    own = np.where(lost[:, None], other.point.own, fit.point.own)
+    common = model.index(*model.constants, *model.rig)
+    coordinates = fit.point.coordinates.copy()
+    coordinates[common] = other.point.coordinates[common]
+    points = [
+        dataclasses.replace(fit.point, own=own),
+        dataclasses.replace(other.point, keys=fit.point.keys, coordinates=coordinates),
+    ]
+    again = refit(model, bench, points, [fit.free, fit.free])
+    return min([fit, *again], key=lambda one: one.misfit)
 
 
 def settled(model: Model, bench: Bench, point: Point) -> tuple[np.ndarray, np.ndarray]:

@@ -37,7 +37,7 @@ class BaseDelay(AbstractEffect):
         "rest, which a damper changes and a delay does not.",
         source="Taylor expansion of the equation of motion: k y(t + delay) = k y + k delay y'.",
     )
-    aliases: ClassVar[tuple[str, ...]] = ("base_relative_damping",)
+    traces: ClassVar[tuple[str, ...]] = ("timing of the base",)
     delay: Float[Array, ""] | float = parameter(
         "s",
         "by how much the base is late",

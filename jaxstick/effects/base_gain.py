@@ -31,7 +31,7 @@ class BaseGain(AbstractEffect):
         "stiffness by itself with weights.",
         source="Equation of motion: only the product of drive stiffness and base motion enters it.",
     )
-    aliases: ClassVar[tuple[str, ...]] = ("stiffness_error",)
+    traces: ClassVar[tuple[str, ...]] = ("scale of the drive",)
     gain: Float[Array, ""] | float = parameter(
         "1",
         "relative error of the scale of the base",

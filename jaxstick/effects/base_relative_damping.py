@@ -39,7 +39,7 @@ class BaseRelativeDamping(AbstractEffect):
             "(1979) 371."
         ),
     )
-    aliases: ClassVar[tuple[str, ...]] = ("base_delay",)
+    traces: ClassVar[tuple[str, ...]] = ("timing of the base",)
     damping: Float[Array, ""] | float = parameter(
         "N s/m", "damping between mass and base beyond what is stated", null=0.0, typical=0.01, default=0.0
     )

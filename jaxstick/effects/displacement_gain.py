@@ -33,7 +33,7 @@ class DisplacementGain(AbstractEffect):
         source="E. O. Doebelin, Measurement Systems: Application and Design, 5th ed., McGraw-Hill 2004, on "
         "static calibration.",
     )
-    aliases: ClassVar[tuple[str, ...]] = ("force_gain", "stiffness_error")
+    traces: ClassVar[tuple[str, ...]] = ("scale of the forces",)
     gain: Float[Array, ""] | float = parameter(
         "1",
         "relative error of the displacement scale",

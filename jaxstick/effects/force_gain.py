@@ -35,7 +35,7 @@ class ForceGain(AbstractEffect):
         source="E. O. Doebelin, Measurement Systems: Application and Design, 5th ed., McGraw-Hill 2004, on "
         "static calibration.",
     )
-    aliases: ClassVar[tuple[str, ...]] = ("displacement_gain", "stiffness_error")
+    traces: ClassVar[tuple[str, ...]] = ("scale of the forces",)
     gain: Float[Array, ""] | float = parameter(
         "1",
         "relative error of the force scale",

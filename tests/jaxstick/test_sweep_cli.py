@@ -16,7 +16,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from jaxstick import cli
-from jaxstick.sweeps import cluster, engine
+from jaxstick.sweeps import engine
 from tests.jaxstick.test_output import tree
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -127,8 +127,7 @@ def test_the_users_folder_is_not_touched(rig, tmp_path):
 
 
 def test_a_scheduler_that_does_not_answer_is_one_sentence(rig, tmp_path, monkeypatch):
-    pytest.importorskip("distributed")
-    monkeypatch.setattr(cluster, "PATIENCE", 0.5)
+    monkeypatch.setattr(pytest.importorskip("jaxstick.sweeps.workers"), "PATIENCE", 0.5)
     for address in ("tcp://127.0.0.1:1", "nonsense://x"):
         words = refusal(tmp_path, rig, "--ratios", "0.5", "--scheduler", address, "--out", tmp_path / "out")
         assert f"{address}: no Dask scheduler answers there within" in words
