@@ -5,7 +5,8 @@ unknown its logarithmic likelihood is -(N/2) log m_j, and -(k_j/2) log N pays fo
 Annals of Statistics 6 (1978) 461). N is not the number of samples: residuals are correlated, and where even
 the best explanation leaves something, what is left is a bias that more samples do not average out.
 
-The constants below were fitted by the logarithmic score to 75 sealed cases of the purpose "calibration".
+The constants below are rounded from a fit by the logarithmic score to 75 sealed cases of the purpose
+"calibration"; `OTHER_SHAPE` and `SOFT` were set from what the right effect left there.
 """
 
 from __future__ import annotations
@@ -28,17 +29,21 @@ FLOOR = 0.17
 and sensors and sampling have ways of their own."""
 ALIKE = 0.05
 """Aliases whose misfits differ by less than this share of the excess are not told apart."""
-SOFT = 0.026
+SOFT = 0.015
 """Differences of misfits count against this share of the excess besides the misfits themselves: so much may
 depend on the shape that an effect has on the shelf."""
 UNLISTED_SHARE = 0.3
 """The share of the excess that an effect off the shelf is taken to leave: a listed one that leaves far more
 is not the cause."""
-OTHER_SHAPE = 0.08
+OTHER_SHAPE = 0.04
 """The share of the excess that the right effect may leave because it has another shape than on the shelf:
 what a second effect makes of no more than that is no evidence for it, unless the two leave nothing but
 noise."""
-CLEAN = 1.05
+CLEAN = 1.2
+"""A misfit that passes for noise."""
+SUFFICES = 0.01
+"""The share of the excess below which one effect may stay for no second one to be sought."""
+NEXT_TO_NOISE = 1.1
 UNLISTED_FLOOR = 1.2
 UNLISTED_PARAMETERS = 4
 PRIOR = {"none": 0.3, "unlisted": 0.08, "single": 0.5, "pair": 0.12}
@@ -103,7 +108,7 @@ def judge(
     ]
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
     alone = min((account.misfit for account in accounts if len(account.keys) == 1), default=nominal)
-    enough = suffices(nominal, alone)
+    enough = alone < 1 + OTHER_SHAPE * excess
     for account in accounts:
         single = len(account.keys) == 1
         prior = PRIOR["single"] / len(shelf) if single else PRIOR["pair"] / pairs
@@ -145,8 +150,8 @@ def _levelled(
 
 
 def suffices(nominal: float, alone: float) -> bool:
-    """Whether one effect leaves so little of the excess that no second one is called for."""
-    return alone < max(CLEAN, 1 + OTHER_SHAPE * (nominal - 1))
+    """Whether one effect leaves so little of the excess that no second one need be sought."""
+    return alone < max(NEXT_TO_NOISE, 1 + SUFFICES * (nominal - 1))
 
 
 def pieces_of_evidence(best: float, samples: float, inflation: float) -> float:

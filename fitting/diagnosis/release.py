@@ -52,9 +52,9 @@ def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: b
 def borrowed(model: Model, bench: Bench, fit: Refit, other: Refit) -> Refit:
     """The refit, fitted once more with the starts that another hypothesis has for the lanes that it fits far
     better, and with all of them and its constants; the same where neither is better."""
-    lost = fit.cost > SUSPECT * other.cost
-    if not lost.any():
+    if other.misfit >= fit.misfit:
         return fit
+    lost = fit.cost > SUSPECT * other.cost
     own = np.where(lost[:, None], other.point.own, fit.point.own)
     common = model.index(*model.constants, *model.rig)
     coordinates = fit.point.coordinates.copy()
