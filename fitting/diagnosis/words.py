@@ -117,6 +117,7 @@ def steps_taken(
     samples = int(lanes.displacement.shape[1])
     apart = ", ".join(held.files) if held.files else "every third stretch of segments"
     tried = len(found.screen.keys)
+    wander = float(np.hypot(*found.nominal.point.widths))
     refitted = [e for e in found.explanations if len(e.keys) == 1]
     pairs = len(found.explanations) - len(refitted)
     out = [
@@ -125,6 +126,7 @@ def steps_taken(
         f"Held out: {apart}.",
         "The nominal model was fitted with the rig free within its tolerance and the friction level free "
         f"from run to run: misfit {found.nominal.misfit:.4g} (1 is noise).",
+        f"Under it friction wanders from segment to segment by {100 * wander:.2g} % (standard deviation).",
         f"{tried} effects were screened and the {len(refitted)} most promising refitted.",
     ]
     if pairs:
