@@ -73,7 +73,8 @@ def allowed(lanes: Lanes, widths: np.ndarray) -> Lanes:
 
 
 class Likeliest(NamedTuple):
-    """Standard deviations of level and slope, and twice the logarithm of what they cost in likelihood."""
+    """Standard deviations of level and slope where residuals are as large as the noise (they grow with its
+    root), and twice the logarithm of what they cost in likelihood."""
 
     widths: np.ndarray
     price: float

@@ -117,7 +117,7 @@ def steps_taken(
     samples = int(lanes.displacement.shape[1])
     apart = ", ".join(held.files) if held.files else "every third stretch of segments"
     tried = len(found.screen.keys)
-    wander = float(np.hypot(*found.nominal.point.widths))
+    wander = math.sqrt(found.nominal.misfit) * float(np.hypot(*found.nominal.point.widths))
     refitted = [e for e in found.explanations if len(e.keys) == 1]
     pairs = len(found.explanations) - len(refitted)
     out = [
