@@ -30,7 +30,7 @@ from jaxstick.parts.drive import SineDrive
 from jaxstick.record import DataSet, load_dataset, load_rig, save_dataset
 from jaxstick.side_by_side import Journey, side_by_side
 from jaxstick.simulations import simulations
-from tests.fitting.tiny import ASSUMED, NOISE, TRUE, tiny_dataset
+from tests.fitting.tiny import NOISE, TRUE, recorded, tiny_dataset
 
 STATED = {"cubic_stiffness": {"coefficient": 1.2e6}, "force_gain": {"gain": 0.1}}
 
@@ -46,14 +46,8 @@ def bent() -> DataSet:
     true = dataclasses.replace(
         data, effects=STATED, runs=tuple(dataclasses.replace(run, assumed=TRUE) for run in data.runs)
     )
-    random = np.random.default_rng(5)
-    runs = []
-    for run in simulations(true).runs:
-        assert run.friction is not None and NOISE.displacement is not None and NOISE.friction is not None
-        x = run.displacement + NOISE.displacement * random.standard_normal(len(run.time))
-        friction = run.friction + NOISE.friction * random.standard_normal(len(run.time))
-        runs.append(dataclasses.replace(run, displacement=x, friction=friction, assumed=ASSUMED))
-    return dataclasses.replace(data, effects=STATED, runs=tuple(runs))
+    runs = recorded(simulations(true).runs, np.random.default_rng(5))
+    return dataclasses.replace(data, effects=STATED, runs=runs)
 
 
 @pytest.fixture(scope="module")

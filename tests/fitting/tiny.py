@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
-from jaxstick.record import AssumedConstants, DataSet, KnownRig, Noise, RigSheet, RunPlan
+from jaxstick.record import AssumedConstants, DataSet, KnownRig, Noise, RigSheet, Run, RunPlan
 from jaxstick.simulations import simulations
 
 RIG = KnownRig(2.38, 1986.0, 1986.0, 4.53, 0.0)
@@ -41,10 +42,16 @@ def tiny_dataset() -> DataSet:
         sha256="0",
     )
     random = np.random.default_rng(1987)
+    runs = recorded(simulations(sheet).runs, random)
+    return DataSet(name="tiny", rig=RIG, assumed=ASSUMED, noise=NOISE, runs=runs)
+
+
+def recorded(simulated: Iterable[Run], random: np.random.Generator) -> tuple[Run, ...]:
+    """Simulated runs with the noise of `NOISE`, as recorded by one who assumes `ASSUMED`."""
     runs = []
-    for run in simulations(sheet).runs:
+    for run in simulated:
         assert run.friction is not None and NOISE.displacement is not None and NOISE.friction is not None
         displacement = run.displacement + NOISE.displacement * random.standard_normal(len(run.time))
         friction = run.friction + NOISE.friction * random.standard_normal(len(run.time))
         runs.append(dataclasses.replace(run, displacement=displacement, friction=friction, assumed=ASSUMED))
-    return DataSet(name="tiny", rig=RIG, assumed=ASSUMED, noise=NOISE, runs=tuple(runs))
+    return tuple(runs)

@@ -17,27 +17,20 @@ from jaxstick.catalogue import catalogue
 from jaxstick.record import load_dataset, load_rig
 from jaxstick.simulations import simulations
 from jaxstick.verbs import check as check_verb
-from tests.jaxstick import datasets
+from tests.jaxstick import datasets, rig_text
 
 ROOT = Path(__file__).resolve().parents[2]
 
-RIG = """\
-[rig]
-mass_kg = 2.38
-stiffness_n_per_m = 1986.0
-log_decrement = 0.207
-[assumed]
-A_n = 1.05
-B_s_per_m = 100.0
-C_n = 6.42
-D_n_s_per_m = 0.002
-k1_n_per_m = 99300.0
+RIG = (
+    rig_text.RIG
+    + """\
 [[run]]
 frequency_hz = 1.5
 base_amplitude_mm = 10.325
 cycles = 4
 sample_rate_hz = 200
 """
+)
 
 
 def jaxstick(*args: object) -> Result:

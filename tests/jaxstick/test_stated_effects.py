@@ -24,20 +24,9 @@ from jaxstick.side_by_side import Journey, side_by_side
 from jaxstick.simulations import simulations
 from jaxstick.sweep import sweep
 from jaxstick.sweeps.plan import plan_sweep
+from tests.jaxstick import rig_text
 
-RIG = """\
-name = "rig of 1987"
-[rig]
-mass_kg = 2.38
-stiffness_n_per_m = 1986.0
-log_decrement = 0.207
-[assumed]
-A_n = 1.05
-B_s_per_m = 100.0
-C_n = 6.42
-D_n_s_per_m = 0.002
-k1_n_per_m = 99300.0
-"""
+RIG = 'name = "rig of 1987"\n' + rig_text.RIG
 RUN = """\
 [[run]]
 frequency_hz = 1.5

@@ -17,23 +17,12 @@ from click.testing import CliRunner, Result
 
 from jaxstick import cli
 from jaxstick.sweeps import engine
+from tests.jaxstick import rig_text
 from tests.jaxstick.test_output import tree
 
 ROOT = Path(__file__).resolve().parents[2]
 
-RIG = """\
-name = "rig of 1987"
-[rig]
-mass_kg = 2.38
-stiffness_n_per_m = 1986.0
-log_decrement = 0.207
-[assumed]
-A_n = 1.05
-B_s_per_m = 100.0
-C_n = 6.42
-D_n_s_per_m = 0.002
-k1_n_per_m = 99300.0
-"""
+RIG = 'name = "rig of 1987"\n' + rig_text.RIG
 RUN = "[[run]]\nfrequency_hz = 1.5\nbase_amplitude_mm = 10.325\n"
 RATIOS = "0.35:0.9:12"
 

@@ -16,24 +16,13 @@ import pytest
 from click.testing import CliRunner
 
 from jaxstick import cli
+from tests.jaxstick.rig_text import RIG
 
 dask = pytest.importorskip("dask")
 workers = pytest.importorskip("jaxstick.sweeps.workers")
 
 ROOT = Path(__file__).resolve().parents[2]
 
-RIG = """\
-[rig]
-mass_kg = 2.38
-stiffness_n_per_m = 1986.0
-log_decrement = 0.207
-[assumed]
-A_n = 1.05
-B_s_per_m = 100.0
-C_n = 6.42
-D_n_s_per_m = 0.002
-k1_n_per_m = 99300.0
-"""
 OPTIONS = ("--ratios", "0.35:0.9:24", "--amplitudes-mm", "10.325", "--chunk", "2")
 
 CHUNKS = 12
