@@ -19,9 +19,11 @@ from jaxstick.hypothesis import Hypothesis
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parameter import find, replace
 from jaxstick.parts.drive import RecordedDrive
-from jaxstick.simulate import Grid, Trajectory, march
+from jaxstick.simulate import Grid, OpenGrid, Trajectory, march
 
 LARGEST_PACK = 512
+ROUND = 32
+"""Packs are of so many lanes or a multiple, so that a program serves data sets of about the same size."""
 
 Lane = Float[Array | np.ndarray, " lanes"]
 Samples = Float[Array | np.ndarray, "lanes samples"]
@@ -75,10 +77,17 @@ def lane_oscillator(hypothesis: Hypothesis, lane: Lanes) -> Oscillator:
     return eqx.tree_at(lambda h: h.nominal, hypothesis, nominal).oscillator()
 
 
-def lane_motion(oscillator: Oscillator, lane: Lanes, start: Array) -> Trajectory:
-    """The motion of a lane's oscillator along it from a start."""
+def lane_motion(
+    oscillator: Oscillator, lane: Lanes, start: Array, substeps: Array | None = None
+) -> Trajectory:
+    """The motion of a lane's oscillator along it from a start, with the lane's own number of steps
+    a sample or with one that the program is told."""
     origin, interval = jnp.asarray(lane.start_time), jnp.asarray(lane.interval)
-    grid = Grid(origin, interval, lane.displacement.shape[-1], lane.substeps)
+    samples = lane.displacement.shape[-1]
+    if substeps is None:
+        grid = Grid(origin, interval, samples, lane.substeps)
+    else:
+        grid = OpenGrid(origin, interval, substeps, samples)
     begin = Start(start[0], start[1], start[2], jnp.asarray(lane.rest), jnp.asarray(lane.impulse))
     return march(oscillator, begin, grid)
 
@@ -169,7 +178,7 @@ class Misfit:
 
     def _in_packs(self, program: Callable[..., Any], lanes: Lanes, *arrays: np.ndarray) -> list[np.ndarray]:
         count = len(lanes)
-        pack = min(self._pack, -(-count // self.workers))
+        pack = -(-min(self._pack, -(-count // self.workers)) // ROUND) * ROUND
 
         def run(first: int) -> tuple[np.ndarray, ...]:
             index = np.minimum(np.arange(first, first + pack), count - 1)

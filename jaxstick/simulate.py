@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from jaxstick.compiled import compiled
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parts.motion import Scalar
 from jaxstick.precision import float64
 from jaxstick.solver import Staggered, leap
+
+Substep = Callable[[Any, Array], tuple[Any, Scalar]]
+"""One integration step: what is carried and the step's number in, what is carried on and the acceleration."""
 
 
 class Grid(eqx.Module):
@@ -25,6 +29,40 @@ class Grid(eqx.Module):
     interval: Float[Array, ""] | float
     samples: int = eqx.field(static=True)
     substeps: int = eqx.field(static=True, default=1)
+
+    def walk(self, substep: Substep, carry: Any, index: Array, unroll: int) -> tuple[Any, Scalar]:
+        """From sample `index` to the next: what is carried there, and the acceleration there."""
+
+        def between(carry: Any, count: Array) -> tuple[Any, None]:
+            return substep(carry, count)[0], None
+
+        # The last step stands alone: what only a sample shows is then computed once a sample.
+        first, last = index * self.substeps, (index + 1) * self.substeps
+        counts = first + jnp.arange(1, self.substeps)
+        carry, _ = jax.lax.scan(between, carry, counts, unroll=max(1, min(unroll, self.substeps - 1)))
+        return substep(carry, last)
+
+
+class OpenGrid(eqx.Module):
+    """A grid whose number of steps between two samples is an argument of the compiled program, so that one
+    program serves every step; for derivatives in forward mode alone."""
+
+    start: Float[Array, ""] | float
+    interval: Float[Array, ""] | float
+    substeps: Int[Array, ""]
+    samples: int = eqx.field(static=True)
+
+    def walk(self, substep: Substep, carry: Any, index: Array, unroll: int) -> tuple[Any, Scalar]:
+        """As that of `Grid`."""
+        del unroll
+
+        first = index * self.substeps
+
+        def between(count: Array, carry: Any) -> Any:
+            return substep(carry, first + count)[0]
+
+        carry = jax.lax.fori_loop(1, self.substeps, between, carry)
+        return substep(carry, first + self.substeps)
 
 
 class Trajectory(NamedTuple):
@@ -42,7 +80,7 @@ class Trajectory(NamedTuple):
     friction: Array
 
 
-def march(oscillator: Oscillator, start: Start, grid: Grid, unroll: int = 1) -> Trajectory:
+def march(oscillator: Oscillator, start: Start, grid: Grid | OpenGrid, unroll: int = 1) -> Trajectory:
     """The trajectory of the return-mapping scheme on a grid; pure, for use under jit, vmap and derivatives.
 
     Times are counted from integers, so the phase of the drive is exact however long the record. `unroll`
@@ -62,17 +100,10 @@ def march(oscillator: Oscillator, start: Start, grid: Grid, unroll: int = 1) -> 
         staggered, acceleration = leap(oscillator, t, h, before, after, staggered)
         return (staggered, after), acceleration
 
-    def between(carry: Any, count: Array) -> tuple[Any, None]:
-        return substep(carry, count)[0], None
-
     def sample(carry: Any, index: Array) -> tuple[Any, Any]:
-        # The last step stands alone: what only a sample shows is then computed once a sample.
-        first, last = index * grid.substeps, (index + 1) * grid.substeps
-        counts = first + jnp.arange(1, grid.substeps)
-        carry, _ = jax.lax.scan(between, carry, counts, unroll=max(1, min(unroll, grid.substeps - 1)))
-        carry, acceleration = substep(carry, last)
+        carry, acceleration = grid.walk(substep, carry, index, unroll)
         staggered, excitation = carry
-        t = origin + h * last.astype(h.dtype)
+        t = origin + h * ((index + 1) * grid.substeps).astype(h.dtype)
         return carry, _see(oscillator, t, staggered.state, acceleration, excitation)
 
     first = Staggered.of(state, acceleration, h), excitation

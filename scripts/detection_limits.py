@@ -49,7 +49,7 @@ def rows(folder: Path) -> list[tuple[str, ...]]:
     base = ground(problem, model, settings, Silent())
     (nominal,) = refit(model, base.bench, [base.point], [nuisances(model)])
     nominal = released(model, base.bench, nominal)
-    seen = screen(model, base.bench, nominal, shapes=False)
+    seen = screen(model, base.bench, nominal, shapes=[])
     inflation = float(np.median([promise.inflation for promise in seen.promises]))
     found = []
     for promise in sorted(seen.promises, key=lambda promise: promise.key):

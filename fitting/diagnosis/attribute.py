@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -11,8 +12,10 @@ from fitting.diagnosis.base import nuisances
 from fitting.diagnosis.judge import Account, Judgement, judge, suffices
 from fitting.diagnosis.model import COLUMNS, Model
 from fitting.diagnosis.refit import Bench, Point, Refit, refit
-from fitting.diagnosis.release import borrowed, released
-from fitting.diagnosis.screen import Promise, Screen, screen
+from fitting.diagnosis.release import borrowed, released, settled
+from fitting.diagnosis.repeatability import unrepeated
+from fitting.diagnosis.screen import Promise, Screen, Shapes, screen
+from fitting.diagnosis.wander import LEAST, OWN, START
 from fitting.progress import Progress
 
 SHORT_LIST = 10
@@ -22,9 +25,24 @@ PROMISING = 15.0
 STARTS = (0.7, 3.0)
 """Refits begin at these shares of the change that the linearised model expects; once more with another
 shape."""
+THIN = 3
+"""Starts compete on one lane in so many, with coarser steps, for `HEAT` steps."""
+HEAT = 8
+FINALISTS = 6
+"""So many effects, each from its best start, are then fitted to all lanes."""
+SETTLE = 3
+HOPELESS = 2.0
+"""A search that is not on its way to less than so many times the lowest cost is given up."""
 SHORT_LIST_OF_SECONDS = 5
 LEADERS = 2
+RIVAL = 2.0
+"""Pairs are sought with the best effect, and with the second best where it leaves less than so many times as
+much."""
+A_GOOD_DEAL = 0.002
+"""Friction that wanders by less, as a share of itself, hides nothing."""
 RELEASED = 4
+REACH = 4.0
+"""Lost lanes are looked after where the misfit is less than so many times the lowest."""
 SAME = 0.9
 """Aliases are the same to records in which the cosine between their traces is larger."""
 FAR = 6.0
@@ -41,14 +59,16 @@ class Explanation:
 
 @dataclasses.dataclass(frozen=True)
 class Attribution:
-    """The nominal model's refit, the explanations (best first), the screenings that led to them, and the
-    judgement."""
+    """The nominal model's refit, the explanations (best first), the screening that led to them, the
+    judgement; by how much scores vary more than white noise, and the misfit that no model can get below, for
+    it does not repeat itself from cycle to cycle."""
 
     nominal: Refit
     explanations: tuple[Explanation, ...]
     screen: Screen
     judgement: Judgement
     inflation: float
+    floor: float
 
 
 def attribute(model: Model, bench: Bench, point: Point, progress: Progress) -> Attribution:
@@ -59,42 +79,50 @@ def attribute(model: Model, bench: Bench, point: Point, progress: Progress) -> A
     progress.advance(f"chi2 per sample {nominal.misfit:.4g}")
     first = screen(model, bench, nominal)
     progress.advance(f"{len(first.keys)} effects")
-    found = _refitted(model, bench, nominal, _short_list(first.promises), progress)
-    found.sort(key=lambda explanation: explanation.refit.misfit)
-    found[:RELEASED] = [
-        dataclasses.replace(e, refit=released(model, bench, e.refit)) for e in found[:RELEASED]
-    ]
-    found.sort(key=lambda explanation: explanation.refit.misfit)
+    promises = _short_list(first.promises)
+    found = _freed(model, bench, _refitted(model, bench, nominal, promises, progress))
+    floor = unrepeated(model, bench, [nominal, found[0].refit])
+    if _wanders(nominal) and not suffices(nominal.misfit / floor, found[0].refit.misfit / floor):
+        still = _with_still_friction(model, bench, nominal, first.shapes, progress)
+        found = _freed(model, bench, _best_of([*found, *still]))
     leader = found[0]
     nominal = borrowed(model, bench, nominal, leader.refit)
-    found[1:RELEASED] = [
-        dataclasses.replace(e, refit=borrowed(model, bench, e.refit, leader.refit)) for e in found[1:RELEASED]
-    ]
-    alone = suffices(nominal.misfit, leader.refit.misfit)
-    around = screen(model, bench, leader.refit, own_group=alone, shapes=not alone)
+    floor = min(floor, unrepeated(model, bench, [nominal, leader.refit]))
+    alone = suffices(nominal.misfit / floor, leader.refit.misfit / floor)
+    around = screen(model, bench, leader.refit, own_group=alone, shapes=[] if alone else first.shapes)
     inflation = float(np.median([promise.inflation for promise in around.promises]))
     if not alone:
-        screens = [around, *(screen(model, bench, other.refit) for other in found[1:LEADERS])]
-        found += _pairs(model, bench, found[:LEADERS], screens, progress)
+        seconds = [e for e in found[1:LEADERS] if e.refit.misfit < RIVAL * leader.refit.misfit]
+        screens = [around, *(screen(model, bench, e.refit, shapes=first.shapes) for e in seconds)]
+        pairs = [
+            pair
+            for base, seen in zip(found, screens, strict=False)
+            for pair in _refitted(model, bench, base.refit, seen.promises[:SHORT_LIST_OF_SECONDS], progress)
+        ]
+        found += _best_of(pairs)
     found.sort(key=lambda explanation: explanation.refit.misfit)
+    floor = min(floor, unrepeated(model, bench, [found[0].refit]))
     accounts = [
-        Account(e.keys, e.refit.misfit, sum(len(model.shelf.names(key)) for key in e.keys)) for e in found
+        Account(e.keys, e.refit.misfit / floor, sum(len(model.shelf.names(key)) for key in e.keys))
+        for e in found
     ]
     judgement = judge(
-        nominal.misfit,
+        nominal.misfit / floor,
         accounts,
         float(bench.dof().sum()),
         inflation,
         list(model.shelf.effects),
         _aliases(model, first),
     )
-    return Attribution(nominal, tuple(found), first, judgement, inflation)
+    return Attribution(nominal, tuple(found), first, judgement, inflation, floor)
 
 
 def _refitted(
     model: Model, bench: Bench, base: Refit, promises: Sequence[Promise], progress: Progress
 ) -> list[Explanation]:
     """The best refit of every promise, on top of the effects that the base has."""
+    few = np.arange(0, len(bench.lanes), THIN)
+    heat = bench.take(few).coarser()
     points, frees, owners = [], [], []
     for promise in promises:
         free = np.concatenate([base.free, model.of(promise.key)])[: COLUMNS - 1]
@@ -103,18 +131,49 @@ def _refitted(
         if promise.second is not None:
             begins.append((promise.second, 1.0))
         for begin, share in begins:
-            points.append(_begin(model, base, begin, share, keys))
+            begun = _begin(model, base, begin, share, keys)
+            points.append(dataclasses.replace(begun, own=begun.own[few]))
             frees.append(free)
             owners.append(promise)
     progress.stage("effects refitted" if len(base.free) == len(nuisances(model)) else "pairs refitted", 14)
-    results = refit(model, bench, points, frees, progress=lambda: progress.advance())
-    best: dict[str, Explanation] = {}
-    for promise, result in zip(owners, results, strict=True):
-        keys = (*model.free_effects(base.free), promise.key)
-        rival = best.get(promise.key)
-        if rival is None or result.misfit < rival.refit.misfit:
-            best[promise.key] = Explanation(keys, promise, result)
-    return list(best.values())
+    tried = refit(
+        model,
+        heat,
+        points,
+        frees,
+        iterations=HEAT,
+        wander=bool(np.any(base.point.widths > LEAST)),
+        progress=lambda: progress.advance(),
+    )
+    heats: dict[str, tuple[Promise, Refit]] = {}
+    for promise, result in zip(owners, tried, strict=True):
+        rival = heats.get(promise.key)
+        if rival is None or result.misfit < rival[1].misfit:
+            heats[promise.key] = promise, result
+    final = sorted(heats.values(), key=lambda pair: pair[1].misfit)[:FINALISTS]
+    results = refit(
+        model,
+        bench,
+        [_everywhere(model, bench, base, few, result.point) for _, result in final],
+        [result.free for _, result in final],
+        hopeless=HOPELESS,
+        progress=lambda: progress.advance(),
+    )
+    common = model.free_effects(base.free)
+    return [
+        Explanation((*common, promise.key), promise, result)
+        for (promise, _), result in zip(final, results, strict=True)
+    ]
+
+
+def _everywhere(model: Model, bench: Bench, base: Refit, few: np.ndarray, point: Point) -> Point:
+    """A point found on few lanes for all of them: the others' own settled at its unknowns."""
+    rest = np.setdiff1d(np.arange(len(bench.lanes)), few)
+    own = base.point.own.copy()
+    own[few] = point.own
+    part = dataclasses.replace(point, own=own[rest])
+    own[rest], _ = settled(model, bench.take(rest), part, iterations=SETTLE)
+    return dataclasses.replace(point, own=own)
 
 
 def _begin(model: Model, base: Refit, promise: Promise, share: float, keys: tuple[str, ...]) -> Point:
@@ -149,20 +208,48 @@ def _short_list(promises: Sequence[Promise]) -> list[Promise]:
     ]
 
 
-def _pairs(
-    model: Model,
-    bench: Bench,
-    leaders: Sequence[Explanation],
-    screens: Sequence[Screen],
-    progress: Progress,
+def _best_of(explanations: Sequence[Explanation]) -> list[Explanation]:
+    """Of explanations by the same effects the one with the lowest misfit."""
+    best: dict[frozenset[str], Explanation] = {}
+    for one in explanations:
+        rival = best.get(frozenset(one.keys))
+        if rival is None or one.refit.misfit < rival.refit.misfit:
+            best[frozenset(one.keys)] = one
+    return list(best.values())
+
+
+def _freed(model: Model, bench: Bench, explanations: Sequence[Explanation]) -> list[Explanation]:
+    """The explanations, the best first; of the leading ones lost lanes are freed, and they borrow from the
+    best."""
+
+    def sifted(found: Sequence[Explanation], again: Callable[[Explanation], Refit]) -> list[Explanation]:
+        found = sorted(found, key=lambda e: e.refit.misfit)
+        within = REACH * found[0].refit.misfit
+        return [
+            dataclasses.replace(e, refit=again(e)) if place < RELEASED and e.refit.misfit < within else e
+            for place, e in enumerate(found)
+        ]
+
+    found = sifted(explanations, lambda e: released(model, bench, e.refit))
+    leader = min((e.refit for e in found), key=lambda refit: refit.misfit)
+    found = sifted(found, lambda e: borrowed(model, bench, e.refit, leader))
+    return sorted(found, key=lambda e: e.refit.misfit)
+
+
+def _wanders(fit: Refit) -> bool:
+    """Whether a hypothesis lets friction wander by a good deal."""
+    return float(fit.point.widths.max()) * math.sqrt(fit.misfit) > A_GOOD_DEAL
+
+
+def _with_still_friction(
+    model: Model, bench: Bench, nominal: Refit, shapes: Shapes, progress: Progress
 ) -> list[Explanation]:
-    """A second effect beside each of the leading ones, as the screens at these show."""
-    out: list[Explanation] = []
-    for leader, seen in zip(leaders, screens, strict=True):
-        out += _refitted(model, bench, leader.refit, seen.promises[:SHORT_LIST_OF_SECONDS], progress)
-    unique: dict[frozenset[str], Explanation] = {}
-    for pair in out:
-        rival = unique.get(frozenset(pair.keys))
-        if rival is None or pair.refit.misfit < rival.refit.misfit:
-            unique[frozenset(pair.keys)] = pair
-    return list(unique.values())
+    """Explanations found from a nominal model whose friction may not wander: what changes from lane to lane
+    with direction, place or time would else be taken for wandering, and refits that begin there stay there.
+    """
+    own = nominal.point.own.copy()
+    own[:, START:] = 0.0
+    point = dataclasses.replace(nominal.point, own=own, widths=np.full(OWN - START, LEAST))
+    (still,) = refit(model, bench, [point], [nominal.free], wander=False)
+    promises = screen(model, bench, still, shapes=shapes).promises[:FINALISTS]
+    return _refitted(model, bench, still, promises, progress)

@@ -12,6 +12,7 @@ import numpy as np
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point
 from fitting.diagnosis.release import settled
+from fitting.diagnosis.wander import LEAST as LEAST_WIDTH
 from fitting.diagnosis.wander import OWN, START, with_room
 from fitting.joining import chains
 from fitting.lanes import Lanes
@@ -22,16 +23,20 @@ from fitting.segments import Segment, lay_out
 from fitting.settings import Settings
 from fitting.signals import Signals
 from fitting.stage import stage, steps
+from jaxstick.formats.harmonic import fit_harmonic
+from jaxstick.record import Run
 
 UNITS = 4
+LEAST = 0.25
+"""What is left of a run after its last whole segment and is shorter than this share of one goes with it."""
 """Lanes are this many shortest segments long."""
 LEAD = 4
 """A lane begins one so-manieth of its length before its samples count."""
+PERIODIC = 0.98
+"""An excitation of which one sine has this share of the variance repeats itself."""
 LENGTHS = (48, 96, 192, 384, 768)
 """Numbers of samples in a lane, the one nearest to a natural period is taken: few, so that programs serve
 many data sets."""
-SUBSTEPS = (4, 8, 16, 32, 64)
-"""Integration steps a sample: few choices as well."""
 BLUR = 0.06
 WANDER = 0.01
 """How far friction is first taken to wander, as a share of itself."""
@@ -54,29 +59,62 @@ def length(problem: Problem) -> int:
     return min(LENGTHS, key=lambda samples: abs(math.log(samples * interval / problem.period)))
 
 
-def cut_evenly(signals: Sequence[Signals], samples: int) -> list[Segment]:
-    """Segments of at most so many samples that cover every run."""
-    segments = []
+def cut_in_step(signals: Sequence[Signals], samples: int) -> tuple[list[Segment], list[int]]:
+    """Segments of at most so many samples that cover every run, and a number for each that lanes of the same
+    run share if they begin at the same phase of a periodic excitation, -1 for none.
+
+    A cycle is cut into equal segments, or as many cycles as fit make one.
+    """
+    segments, phases, known = [], [], 0
     for number, signal in enumerate(signals):
-        total = len(signal.run.time)
-        edges = np.linspace(0, total, math.ceil(total / samples) + 1).round().astype(int)
-        segments += [Segment(number, int(a), int(b)) for a, b in itertools.pairwise(edges)]
-    return segments
+        run, total = signal.run, len(signal.run.time)
+        cycle = _cycle(run)
+        if cycle is None:
+            count, length = 0, total / math.ceil(total / samples)
+        else:
+            count = max(1, math.ceil(cycle / samples))
+            length = cycle / count if cycle > samples else cycle * math.floor(samples / cycle)
+        edges = [*np.arange(0, total - LEAST * length, length).round().astype(int).tolist(), total]
+        for index, (first, last) in enumerate(itertools.pairwise(edges)):
+            parts = math.ceil((last - first) / samples)
+            within = np.linspace(first, last, parts + 1).round().astype(int)
+            segments += [Segment(number, int(a), int(b)) for a, b in itertools.pairwise(within)]
+            whole = count > 0 and parts == 1 and last - first > length - 1
+            phases += [known + index % count if whole else -1] * parts
+        known += count
+    return segments, phases
 
 
-def joined_evenly(segments: Sequence[Segment], count: int) -> list[Segment]:
-    """Every `count` consecutive segments of a run as one, the last of a run shorter."""
-    out = []
-    for number, group in itertools.groupby(segments, key=lambda segment: segment.run):
-        parts = list(group)
-        firsts = range(0, len(parts), count)
-        out += [Segment(number, parts[i].first, parts[min(i + count, len(parts)) - 1].last) for i in firsts]
-    return out
+def _cycle(run: Run) -> float | None:
+    """The number of samples in a cycle of a run's excitation; None where none is stated or seen."""
+    if run.frequency is not None:
+        return 1 / (run.frequency * run.interval)
+    for channel in (run.base, run.force):
+        if channel is not None and np.ptp(channel) > 0:
+            found = fit_harmonic(run.time, channel)
+            if found.amplitude**2 / 2 > PERIODIC * np.var(channel):
+                return 1 / (found.frequency * run.interval)
+    return None
 
 
-def lay(problem: Problem, segments: Sequence[Segment], substeps: int) -> Bench:
+def quartered(segments: Sequence[Segment]) -> list[Segment]:
+    """Every segment in `UNITS` parts."""
+    return [
+        Segment(segment.run, int(a), int(b))
+        for segment in segments
+        for a, b in itertools.pairwise(
+            np.linspace(segment.first, segment.last, UNITS + 1).round().astype(int)
+        )
+    ]
+
+
+def lay(problem: Problem, segments: Sequence[Segment], phases: Sequence[int], substeps: int) -> Bench:
     """Segments as a bench: each lane begins a while before its segment, so that what has a memory remembers
-    when the first sample counts, and all are filled up to the same number of samples."""
+    when the first sample counts, and all are filled up to the same number of samples.
+
+    Friction may wander only where it was recorded: from the motion alone, a level and a slope for every lane
+    are as good as any effect.
+    """
     lead = length(problem) // LEAD
     led = [dataclasses.replace(segment, first=max(segment.first - lead, 0)) for segment in segments]
     samples = max(segment.last - segment.first for segment in led)
@@ -90,7 +128,9 @@ def lay(problem: Problem, segments: Sequence[Segment], substeps: int) -> Bench:
         displacement_weight=np.asarray(lanes.displacement_weight) * counts,
         friction_weight=np.asarray(lanes.friction_weight) * counts,
     )
-    return Bench(with_room(lanes), np.array([segment.run for segment in segments]), len(problem.chosen))
+    runs = np.array([segment.run for segment in segments])
+    wanders = any(signal.run.friction is not None for signal in problem.chosen)
+    return Bench(with_room(lanes), runs, len(problem.chosen), np.array(phases), wanders)
 
 
 def tempered(lanes: Lanes) -> Lanes:
@@ -116,20 +156,20 @@ def _tempered(samples: np.ndarray, weight: np.ndarray) -> np.ndarray:
 def ground(problem: Problem, model: Model, settings: Settings, progress: Progress) -> Ground:
     """The nominal model, sought from several points on the shortest segments and fitted to segments of about
     one natural period, with the rig's properties free within their tolerance."""
-    short = cut_evenly(problem.chosen, length(problem) // UNITS)
+    segments, phases = cut_in_step(problem.chosen, length(problem))
+    short = quartered(segments)
     here = stage(problem, 1, short, problem.opening["k1"], settings)
     descent = descend_from(here, beginnings(problem, settings), settings, progress)
     points = descent.coordinates[np.argsort(descent.loss)[:FINALISTS]]
     rough = finish(here, points, progress)
-    segments = joined_evenly(short, UNITS)
     first = [chain[0] for chain in chains(short, segments)]
     k1 = problem.unknowns.values(rough.coordinates)["k1"]
     longer = stage(problem, UNITS, segments, k1, settings)
     found = refine(longer, rough.coordinates, rough.starts[first], progress)
     constants = problem.unknowns.values(found.coordinates)
     wanted = steps(problem, UNITS, constants["k1"], settings)
-    bench = lay(problem, segments, next((n for n in SUBSTEPS if n >= wanted), SUBSTEPS[-1]))
-    widths = np.full(OWN - START, WANDER)
+    bench = lay(problem, segments, phases, wanted)
+    widths = np.full(OWN - START, WANDER if bench.wanders else LEAST_WIDTH)
     own = np.asarray(bench.lanes.start)
     point = Point((), model.origin(constants), np.zeros(bench.runs), own, widths)
     own, _ = settled(model, bench, point)
@@ -137,5 +177,6 @@ def ground(problem: Problem, model: Model, settings: Settings, progress: Progres
 
 
 def nuisances(model: Model) -> np.ndarray:
-    """What is free under every hypothesis: the friction constants and the rig within its tolerance."""
-    return model.index(*model.constants, *model.rig)
+    """What is free under every hypothesis: the friction constants, the rig within its tolerance, the shape of
+    the contact."""
+    return model.index(*model.common)

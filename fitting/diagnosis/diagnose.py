@@ -14,6 +14,7 @@ from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution, Explanation, attribute
 from fitting.diagnosis.base import Ground, ground
 from fitting.diagnosis.confidence import deviations
+from fitting.diagnosis.contacts import choose_contact
 from fitting.diagnosis.detection import detection_limit
 from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter, Trace
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
@@ -59,6 +60,8 @@ def diagnose(
     model = Model(problem, settings.workers)
     base = ground(problem, model, fitting, progress)
     held = split(problem, base.bench, held_out)
+    chosen = choose_contact(problem, model, base, held.fitted, settings.workers)
+    problem, model, base = chosen.problem, chosen.model, chosen.ground
     bench = base.bench.take(held.fitted)
     found = attribute(model, bench, part(base.point, held.fitted), progress)
     named = _named(found)
@@ -77,7 +80,8 @@ def diagnose(
         spread = deviations(model, base.bench, after)
         constants = _constants(problem, model, after, *spread)
         effects = _effects(model, after, named.keys, *spread)
-        correction = correction_of(model.at(after.point.coordinates, named.keys), dataset.rig)
+        if chosen.words is None:
+            correction = correction_of(model.at(after.point.coordinates, named.keys), dataset.rig)
     candidates = _candidates(model, found)
     progress.advance()
     judgement = found.judgement
@@ -98,8 +102,8 @@ def diagnose(
         traces=_traces(problem, base.segments, held, seen_before, seen_after),
         cards={key: model.shelf.effects[key].card for key in mentioned},
         next_experiment=advice(problem, model, found, bench),
-        notes=notes(problem, found, where, held),
-        steps=steps_taken(problem, model, found, base, held),
+        notes=notes(problem, found, where, held, chosen),
+        steps=steps_taken(problem, model, found, base, held, chosen),
         sha256=dataset.sha256,
         settings=dataclasses.asdict(settings),
         seconds=time.perf_counter() - begun,

@@ -27,7 +27,7 @@ from jaxstick.parameter import Place, parameters
 from jaxstick.simulate import Trajectory
 
 GROUP = 12
-COLUMNS = 14
+COLUMNS = 15
 """How many unknowns the program takes derivatives for at once, besides what a lane has of its own."""
 PACK = 64
 FAR = 40.0
@@ -36,6 +36,7 @@ SHAPE_FREEDOM = 1.5
 RIG_TOLERANCE = {"mass": 0.01, "stiffness": 0.004, "drive_stiffness": 0.004, "damping": 0.2}
 """By what share a stated property of the rig may be off without that being called an effect (one standard
 deviation; 2.5 of them are the bounds)."""
+CONTACT_FREEDOM = 0.5
 LEVEL_TOLERANCE = 0.15
 """By what share the friction of one run may differ from the others' (one standard deviation)."""
 
@@ -78,8 +79,9 @@ class Model:
     """Every parameter that a diagnosis may free, and the residuals of lanes as a function of them.
 
     A coordinate of an effect's strength is the strength over its typical size; that of a shape its logarithm.
-    The last coordinate is the logarithm of the level of friction in a run: it multiplies A, C and D of the
-    lanes of that run.
+    `constants` are those of friction; `common` what is free under every hypothesis: these, the rig within its
+    tolerance, and what gives the contact its shape. The last coordinate is the logarithm of the level of
+    friction in a run: it multiplies A, C and D of the lanes of that run.
     """
 
     def __init__(self, problem: Problem, workers: int) -> None:
@@ -90,8 +92,8 @@ class Model:
         strengths, shapes, members = {}, {}, list(problem.unknowns.members)
         self.tries: dict[str, tuple[float, ...]] = {}
         self.constants = tuple(unknown.name for unknown in members)
-        members += _rig_unknowns(problem)
-        self.rig = tuple(unknown.name for unknown in members[len(self.constants) :])
+        members += [*_rig_unknowns(problem), *_contact_unknowns(problem)]
+        self.common = tuple(unknown.name for unknown in members)
         for key, effect in effects.items():
             places = list(parameters(effect))
             own = [_effect_unknown(f"{key}.{place.path[-1]}", effect, place, problem) for place in places]
@@ -187,8 +189,9 @@ class Model:
         """The nominal model with some effects attached at null, the chart of its unknowns, and where those
         and the level are among all coordinates."""
         hypothesis = Hypothesis(self.nominal, {**self._held, **{key: self._effects[key] for key in keys}})
-        common = (*self.constants, *self.rig)
-        own = [i for i, name in enumerate(self.names) if name in common or name.partition(".")[0] in keys]
+        own = [
+            i for i, name in enumerate(self.names) if name in self.common or name.partition(".")[0] in keys
+        ]
         chart = Chart(
             tuple(self.names[i] for i in own),
             tuple(self.members[i].kind == "log" for i in own),
@@ -211,7 +214,8 @@ class Model:
                 out = program(
                     hypothesis,
                     chart,
-                    job.lanes.take(index),
+                    dataclasses.replace(job.lanes.take(index), substeps=1),
+                    job.lanes.substeps,
                     job.coordinates[np.ix_(index, own)],
                     job.own[index],
                     place[job.chosen[index]],
@@ -248,6 +252,24 @@ def _rig_unknowns(problem: Problem) -> list[Unknown]:
     return found
 
 
+def _contact_unknowns(problem: Problem) -> list[Unknown]:
+    """What a contact that gives way gradually has besides its stiffness."""
+    return [
+        Unknown(
+            f"contact.{place.path[-1]}",
+            place.parameter.unit,
+            place.parameter.lower,
+            place.parameter.upper,
+            "linear",
+            1.0,
+            place.parameter.typical,
+            CONTACT_FREEDOM,
+        )
+        for place in parameters(problem.hypothesis.nominal.contact)
+        if place.path[-1] != "k1"
+    ]
+
+
 def _effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Problem) -> Unknown:
     kind = place.parameter
     natural = natural_size(kind.unit, problem.scale, problem.period)
@@ -273,22 +295,30 @@ def _in_coordinates(unknown: Unknown) -> float:
     return unknown.deviation / unknown.centre
 
 
-def _motion(hypothesis: Hypothesis, chart: Chart, lane: Lanes, coordinates: Array, own: Array) -> Trajectory:
+def _motion(
+    hypothesis: Hypothesis, chart: Chart, lane: Lanes, substeps: Array, coordinates: Array, own: Array
+) -> Trajectory:
     """The motion along a lane, its friction wandering around the run's level, the last coordinate."""
     oscillator = lane_oscillator(chart.insert(hypothesis, coordinates[:-1]), lane)
     oscillator = wandering(oscillator, lane, coordinates[-1] + own[START], own[START + 1])
-    return lane_motion(oscillator, lane, own[:START])
+    return lane_motion(oscillator, lane, own[:START], substeps)
 
 
 @functools.partial(jax.jit, compiler_options=OPTIONS)
 def _columns(
-    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, owns: Array, chosen: Array
+    hypothesis: Hypothesis,
+    chart: Chart,
+    lanes: Lanes,
+    substeps: Array,
+    coordinates: Array,
+    owns: Array,
+    chosen: Array,
 ) -> tuple[Array, Array]:
     def one(lane: Lanes, point: Array, own: Array, wanted: Array) -> tuple[Array, Array]:
         def residual(step: Array) -> tuple[Array, Array]:
             moved = point.at[wanted].add(jnp.where(wanted >= 0, step[:COLUMNS], 0.0))
             mine = own + step[COLUMNS:]
-            value = lane_residual(lane, _motion(hypothesis, chart, lane, moved, mine), mine)
+            value = lane_residual(lane, _motion(hypothesis, chart, lane, substeps, moved, mine), mine)
             return value, value
 
         jacobian, value = jax.jacfwd(residual, has_aux=True)(jnp.zeros(COLUMNS + OWN))
@@ -299,12 +329,18 @@ def _columns(
 
 @functools.partial(jax.jit, compiler_options=OPTIONS)
 def _predict(
-    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, owns: Array, chosen: Array
+    hypothesis: Hypothesis,
+    chart: Chart,
+    lanes: Lanes,
+    substeps: Array,
+    coordinates: Array,
+    owns: Array,
+    chosen: Array,
 ) -> tuple[Array, Array, Array, Array]:
     del chosen
 
     def one(lane: Lanes, point: Array, own: Array) -> tuple[Array, Array, Array, Array]:
-        motion = _motion(hypothesis, chart, lane, point, own)
+        motion = _motion(hypothesis, chart, lane, substeps, point, own)
         return motion.displacement, motion.friction, motion.v, motion.force
 
     return jax.vmap(one)(lanes, coordinates, owns)

@@ -4,6 +4,7 @@ of friction free, and the friction of every lane as far as it wanders."""
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -16,17 +17,25 @@ from fitting.newton import Robust, bounded_step
 ITERATIONS = 14
 ENOUGH = 2e-4
 STUCK = 1e7
+PATIENCE = 8.0
+LEAST_TURNS = 4
 GAUGE = 1e-4
 
 
 @dataclasses.dataclass(frozen=True)
 class Bench:
     """The lanes that hypotheses are judged on, which run each belongs to (0 .. runs - 1), and how many runs
-    the data set has, of which some may have no lane here."""
+    the data set has, of which some may have no lane here.
+
+    phase: a number for every lane, the same for lanes that begin at the same phase of the excitation in
+    cycles of the same run, -1 where no other does; wanders: whether friction may differ from lane to lane.
+    """
 
     lanes: Lanes
     run: np.ndarray
     runs: int
+    phase: np.ndarray
+    wanders: bool
 
     def dof(self) -> np.ndarray:
         """Residuals of every lane that count, less the three of its start."""
@@ -34,7 +43,12 @@ class Bench:
 
     def take(self, index: np.ndarray) -> Bench:
         """The bench with some of the lanes; runs keep their numbers."""
-        return Bench(self.lanes.take(index), self.run[index], self.runs)
+        return Bench(self.lanes.take(index), self.run[index], self.runs, self.phase[index], self.wanders)
+
+    def coarser(self) -> Bench:
+        """The bench with half as many integration steps a sample."""
+        steps = max(1, math.ceil(self.lanes.substeps / 2))
+        return dataclasses.replace(self, lanes=dataclasses.replace(self.lanes, substeps=steps))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -81,17 +95,22 @@ def refit(
     *,
     iterations: int = ITERATIONS,
     wander: bool = True,
+    hopeless: float = math.inf,
     progress: Callable[[], None] = lambda: None,
 ) -> list[Refit]:
     """Levenberg-Marquardt from each point over its own free unknowns, all searches in common passes.
-    Where not `wander`, the points' widths stay as they are."""
+    Where not `wander`, the points' widths stay as they are. A search is given up where it would still cost
+    `hopeless` times the lowest cost after `PATIENCE` more steps as good as its last."""
     searches = [_Search(model, bench, point, free, wander) for point, free in zip(points, frees, strict=True)]
     _evaluate(model, bench, searches, [search.point for search in searches], first=True)
-    for _ in range(iterations):
+    for turn in range(iterations):
         going = [search for search in searches if not search.over]
         if not going:
             break
         _evaluate(model, bench, going, [search.step() for search in going], first=False)
+        lowest = min(search.cost for search in searches)
+        for search in going if turn >= LEAST_TURNS else ():
+            search.over |= search.cost - PATIENCE * search.gain > hopeless * lowest
         progress()
     return [search.result() for search in searches]
 
@@ -169,10 +188,12 @@ class _Search:
     """One search under way."""
 
     def __init__(self, model: Model, bench: Bench, point: Point, free: np.ndarray, wander: bool) -> None:
-        self.model, self.bench, self.point, self.free, self.wander = model, bench, point, free, wander
+        self.model, self.bench, self.point, self.free = model, bench, point, free
+        self.wander = wander and bench.wanders
         self.chosen = chosen_columns(free, model.level, len(bench.lanes))
         self.dof = bench.dof()
         self.damping, self.cost, self.over, self.taken = 1e-3, np.inf, False, 0
+        self.gain = np.inf
         self.lower = np.concatenate([model.lower[free], np.full(bench.runs, model.lower[-1])])
         self.upper = np.concatenate([model.upper[free], np.full(bench.runs, model.upper[-1])])
 
@@ -185,7 +206,7 @@ class _Search:
             self.damping *= 10
             self.over = self.damping > STUCK
             return
-        gain = self.cost - total
+        self.gain = gain = self.cost - total
         self.point, self.lane_cost, self.data = point, cost, data_cost(columns)
         self.gradient, self.curvature = normal(columns)
         moved = self._let_wander()

@@ -56,7 +56,7 @@ def borrowed(model: Model, bench: Bench, fit: Refit, other: Refit) -> Refit:
         return fit
     lost = fit.cost > SUSPECT * other.cost
     own = np.where(lost[:, None], other.point.own, fit.point.own)
-    common = model.index(*model.constants, *model.rig)
+    common = model.index(*model.common)
     coordinates = fit.point.coordinates.copy()
     coordinates[common] = other.point.coordinates[common]
     points = [
@@ -67,12 +67,14 @@ def borrowed(model: Model, bench: Bench, fit: Refit, other: Refit) -> Refit:
     return min([fit, *again], key=lambda one: one.misfit)
 
 
-def settled(model: Model, bench: Bench, point: Point) -> tuple[np.ndarray, np.ndarray]:
+def settled(
+    model: Model, bench: Bench, point: Point, iterations: int = ITERATIONS
+) -> tuple[np.ndarray, np.ndarray]:
     """What is best for every lane by itself at given unknowns, and its cost."""
     none = np.full((len(bench.lanes), COLUMNS), -1)
     own, damping = point.own, np.full(len(bench.lanes), 1e-3)
     gradient, curvature, cost = _own_terms(model, bench, point, none)
-    for _ in range(ITERATIONS):
+    for _ in range(iterations):
         damped = curvature * (1 + damping[:, None, None] * np.eye(OWN))
         trial = own - np.linalg.solve(damped, gradient[:, :, None])[:, :, 0]
         found = _own_terms(model, bench, dataclasses.replace(point, own=trial), none)

@@ -17,13 +17,17 @@ from fitting.diagnosis.model import COLUMNS, Job, Model
 from fitting.diagnosis.refit import Bench, Projection, Refit, chosen_columns, job, prior_curvature
 from fitting.diagnosis.wander import allowed
 
-SHAPES = 63
+SHAPES = 31
 REACH = 2.5
 """How far shapes are tried from the typical one, as a logarithm."""
 THIN = 6
 """Other shapes are tried on one lane in so many."""
 APART = 0.4
 """Shapes that differ by less than this, as a logarithm, are the same."""
+
+
+Shapes = Sequence[Mapping[str, np.ndarray]]
+"""Sets of shapes, each by the key of the effect: coordinates of what gives it its shape."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,23 +50,29 @@ class Promise:
 
 @dataclasses.dataclass(frozen=True)
 class Screen:
-    """Promises, the highest score first; cosines between the effects (keys in the order of `keys`)."""
+    """Promises, the highest score first; cosines between the effects (keys in the order of `keys`); the
+    shapes besides the usual ones that were tried on all lanes."""
 
     promises: tuple[Promise, ...]
     keys: tuple[str, ...]
     cosine: np.ndarray
+    shapes: Shapes
 
 
-def screen(model: Model, bench: Bench, at: Refit, *, own_group: bool = False, shapes: bool = True) -> Screen:
-    """Screens every effect that is not part of the fitted hypothesis yet; where `own_group`, only those that
-    are attached to it already, which needs no further program. Where not `shapes`, usual shapes alone."""
+def screen(
+    model: Model, bench: Bench, at: Refit, *, own_group: bool = False, shapes: Shapes | None = None
+) -> Screen:
+    """Screens every effect that is not part of the fitted hypothesis yet, in its usual shape and in `shapes`,
+    or in the most promising ones where these are not given; where `own_group`, only those that are attached
+    to it already, which needs no further program."""
     present = model.free_effects(at.free)
     among = [group for group in model.groups() if not own_group or set(group) <= set(at.point.keys)]
     groups = [tuple(key for key in group if key not in present) for group in among]
     groups = [group for group in groups if group]
     keys = [key for group in groups for key in group]
     places = _places([len(model.shelf.strengths[key]) for key in keys])
-    others = _promising_shapes(model, bench, at, groups) if shapes else []
+    given = _promising_shapes(model, bench, at, groups) if shapes is None else shapes
+    others = [{key: shape for key, shape in tried.items() if key in keys} for tried in given]
     points = [_with_shapes(model, at.point.coordinates, tried) for tried in ({}, *others)]
     common, templates = _templates(model, bench, at, groups, points)
     tables = [_Table(model, bench, at, common, part) for part in templates]
@@ -74,7 +84,7 @@ def screen(model: Model, bench: Bench, at: Refit, *, own_group: bool = False, sh
         made.sort(key=lambda promise: -promise.score)
         found.append(dataclasses.replace(made[0], second=made[1] if len(made) > 1 else None))
     found.sort(key=lambda promise: -promise.score)
-    return Screen(tuple(found), tuple(keys), tables[0].cosines(places))
+    return Screen(tuple(found), tuple(keys), tables[0].cosines(places), others)
 
 
 def _places(counts: Sequence[int]) -> list[np.ndarray]:
@@ -90,9 +100,7 @@ def _with_shapes(model: Model, coordinates: np.ndarray, shapes: Mapping[str, np.
     return moved
 
 
-def _promising_shapes(
-    model: Model, bench: Bench, at: Refit, groups: Sequence[tuple[str, ...]]
-) -> list[dict[str, np.ndarray]]:
+def _promising_shapes(model: Model, bench: Bench, at: Refit, groups: Sequence[tuple[str, ...]]) -> Shapes:
     """The best shape of every effect that has one, and the best that is quite another, tried on a part of the
     lanes. The shapes of all effects change together, since an effect at null does not care for another's."""
     shaped = [tuple(key for key in group if model.shelf.shapes[key]) for group in groups]

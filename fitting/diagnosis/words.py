@@ -9,6 +9,7 @@ import numpy as np
 
 from fitting.diagnosis.attribute import Attribution
 from fitting.diagnosis.base import Ground
+from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.findings import Closure, Where
 from fitting.diagnosis.judge import Judgement
 from fitting.diagnosis.model import Model
@@ -79,13 +80,21 @@ def advice(problem: Problem, model: Model, found: Attribution, bench: Bench) -> 
     )
 
 
-def notes(problem: Problem, found: Attribution, where: Where, held: Split) -> tuple[str, ...]:
+def notes(
+    problem: Problem, found: Attribution, where: Where, held: Split, contact: Chosen
+) -> tuple[str, ...]:
     """What weakens the verdict."""
     out = []
     if all(signal.run.friction is None for signal in problem.chosen):
         out.append(
             "There is no friction channel: faults of the mechanics and of the friction law can imitate one "
-            "another, and faults of the force measurement cannot be seen."
+            "another, faults of the force measurement cannot be seen, and friction that wanders is part of "
+            "the gap."
+        )
+    if contact.words is not None:
+        out.append(
+            f"The contact was taken for {contact.words}, since the stick-slip contact of the assumptions "
+            f"leaves {1 / contact.ratio:.3g} times as much; a rig file cannot hold that, so none was written."
         )
     if held.by_segments:
         out.append(
@@ -100,17 +109,17 @@ def notes(problem: Problem, found: Attribution, where: Where, held: Split) -> tu
             f"The gap stands only {where.significance:.1f} standard deviations above the noise, "
             "counted by segments."
         )
-    best = min(e.refit.misfit for e in found.explanations)
+    best = min(e.refit.misfit for e in found.explanations) / found.floor
     if best > 1.5 and found.judgement.verdict not in ("none", "unlisted"):
         out.append(
-            f"What is named leaves a misfit of {best:.3g} times the noise's: something else acts as well, or "
-            "the effect has another shape than on the shelf."
+            f"What is named leaves a misfit of {best:.3g} times what no model can get below: something else "
+            "acts as well, or the effect has another shape than on the shelf."
         )
     return tuple(out)
 
 
 def steps_taken(
-    problem: Problem, model: Model, found: Attribution, base: Ground, held: Split
+    problem: Problem, model: Model, found: Attribution, base: Ground, held: Split, contact: Chosen
 ) -> tuple[str, ...]:
     """How the verdict was reached."""
     lanes = base.bench.lanes
@@ -127,12 +136,18 @@ def steps_taken(
         "The nominal model was fitted with the rig free within its tolerance and the friction level free "
         f"from run to run: misfit {found.nominal.misfit:.4g} (1 is noise).",
         f"Under it friction wanders from segment to segment by {100 * wander:.2g} % (standard deviation).",
+        f"The contact is {contact.words or 'that of the assumptions, an elastic-plastic spring'}.",
         f"{tried} effects were screened and the {len(refitted)} most promising refitted.",
     ]
     if pairs:
         out.append(f"{pairs} pairs were refitted.")
     best = found.explanations[0]
     out.append(f"The lowest misfit is that of {' with '.join(best.keys)}: {best.refit.misfit:.4g}.")
+    if found.floor > 1:
+        out.append(
+            f"From one cycle of the excitation to the next, residuals differ by {found.floor:.3g} times the "
+            "noise: misfits were judged against that."
+        )
     if math.isfinite(found.inflation):
         out.append(
             f"By clusters of segments, scores vary {found.inflation:.2f} times as much as white noise."

@@ -1,0 +1,81 @@
+"""Which contact: the paper's, or one that gives way gradually, if the records ask for it before any effect is
+tried.
+
+How a contact yields is a property of every pair of surfaces, no fault of the rig: a bristle under the wrong
+name would make every effect look unlikely. So the contact is chosen first, on the nominal model, and all
+effects are then tried on the one chosen.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from fitting.diagnosis.base import Ground, nuisances
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import Point, refit
+from fitting.problem import Problem
+from jaxstick.parts.contact import AbstractContact
+from jaxstick.parts.gradual import ElastoPlasticContact, IwanContact, LuGreContact
+
+PREFERRED = 0.6
+"""Another contact is taken only if lanes cost less than this share of what they do, on the mean."""
+CLEAN = 1.3
+"""A misfit that asks for no other contact."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Chosen:
+    """A problem with the contact chosen, its model, and the ground carried over to it. `words` say which
+    contact it is, None for the paper's; `ratio` is the mean ratio of the lanes' costs to those under it."""
+
+    problem: Problem
+    model: Model
+    ground: Ground
+    words: str | None
+    ratio: float
+
+
+def gradual_contacts(k1: float) -> dict[str, AbstractContact]:
+    """Contacts that are tried besides the paper's, by what a report calls them."""
+    return {
+        "an elasto-plastic bristle": ElastoPlasticContact(k1),
+        "a bristle that gives way from the first on (LuGre)": LuGreContact(k1),
+        "elements that yield one after another (Iwan)": IwanContact(k1),
+    }
+
+
+def choose_contact(
+    problem: Problem, model: Model, ground: Ground, fitted: np.ndarray, workers: int
+) -> Chosen:
+    """The contact that the records ask for, judged on the lanes that take part in the fit: by the mean ratio
+    of the lanes' costs, which a few lost lanes do not decide."""
+    bench = ground.bench.take(fitted).coarser()
+    nominal = problem.hypothesis.nominal
+    point = dataclasses.replace(ground.point, own=ground.point.own[fitted])
+    (paper,) = refit(model, bench, [point], [nuisances(model)])
+    best, least = Chosen(problem, model, ground, None, 1.0), PREFERRED
+    if paper.misfit < CLEAN:
+        return best
+    for words, contact in gradual_contacts(float(np.asarray(nominal.contact.k1))).items():
+        hypothesis = dataclasses.replace(
+            problem.hypothesis, nominal=dataclasses.replace(nominal, contact=contact)
+        )
+        other = dataclasses.replace(problem, hypothesis=hypothesis)
+        its = Model(other, workers)
+        (found,) = refit(its, bench, [carried(paper.point, model, its)], [nuisances(its)])
+        ratio = float(np.exp(np.mean(np.log(found.cost / paper.cost))))
+        if ratio < least:
+            moved = dataclasses.replace(ground, point=carried(ground.point, model, its))
+            best, least = Chosen(other, its, moved, words, ratio), ratio
+    return best
+
+
+def carried(point: Point, model: Model, other: Model) -> Point:
+    """A nominal point of one model as one of another; what only the other has is at its typical value."""
+    values = model.values(point.coordinates, model.constants)
+    coordinates = other.origin(values)
+    shared = [name for name in model.common if name in other.common]
+    coordinates[other.index(*shared)] = point.coordinates[model.index(*shared)]
+    return dataclasses.replace(point, coordinates=coordinates)

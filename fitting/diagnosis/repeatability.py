@@ -1,0 +1,54 @@
+"""What does not repeat itself: residuals that differ from one cycle of the excitation to the next.
+
+A deterministic model, right or wrong, leaves the same residual in every cycle of a periodic motion. What
+differs between cycles, noise and friction that scatters, is the misfit that no effect can take away: the pure
+error of a test for lack of fit with replicates (Draper, Smith, Applied Regression Analysis, 3rd ed., 1998,
+section 2.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.diagnosis.model import COLUMNS, Model
+from fitting.diagnosis.refit import Bench, Refit, job
+from fitting.diagnosis.wander import OWN
+
+FEWEST = 6
+"""Pairs of lanes in successive cycles below which nothing is said."""
+
+
+def unrepeated(model: Model, bench: Bench, fits: Sequence[Refit]) -> float:
+    """The least misfit that any model can have here, 1 at least: of several fits the lowest mean square of
+    what changes from one cycle to the next. 1 where the lanes are not repeated."""
+    first, second = successive(bench.phase)
+    if len(first) < FEWEST:
+        return 1.0
+    none = np.full((len(bench.lanes), COLUMNS), -1)
+    seen = model.columns([job(bench, fit.point, none) for fit in fits])
+    return max(1.0, min(_pure_error(bench, columns.residual[:, :-OWN], first, second) for columns in seen))
+
+
+def successive(phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of lanes with the same phase in successive cycles; lanes are in the order of time."""
+    last: dict[int, int] = {}
+    pairs = []
+    for lane, label in enumerate(phase.tolist()):
+        if label < 0:
+            continue
+        if label in last:
+            pairs.append((last[label], lane))
+        last[label] = lane
+    return tuple(np.array(pairs, int).reshape(-1, 2).T)  # pyright: ignore[reportReturnType]
+
+
+def _pure_error(bench: Bench, residual: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
+    """Half the mean square difference between the residuals of paired lanes, by the median of the pairs'."""
+    weights = np.concatenate(
+        [np.asarray(bench.lanes.displacement_weight), np.asarray(bench.lanes.friction_weight)], axis=1
+    )
+    both = (weights[first] > 0) & (weights[second] > 0)
+    squares = np.where(both, (residual[first] - residual[second]) ** 2, 0.0).sum(1) / 2
+    return float(np.median(squares / np.maximum(both.sum(1) - 3, 1)))

@@ -1,0 +1,40 @@
+"""A grid whose number of steps is told when the program runs."""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxstick.oscillator import Start
+from jaxstick.parameter import replace as with_values
+from jaxstick.simulate import Grid, OpenGrid, march
+from tests.jaxstick.twin import twin
+from tests.reference import rig1987
+
+SAMPLES, INTERVAL = 120, 2e-3
+OSCILLATOR = twin(rig1987.rig(), rig1987.drive(0.25))
+
+
+def _moved(grid: Grid | OpenGrid, C: jax.Array) -> jax.Array:
+    run = march(with_values(OSCILLATOR, {"C": C}), Start(1e-3, 0.05, -2.0), grid)
+    return jnp.stack([1e3 * run.displacement, run.friction])
+
+
+@pytest.mark.parametrize("substeps", [1, 2, 7])
+def test_motion_and_forward_derivative_are_those_of_a_fixed_grid(substeps: int):
+    open_grid = OpenGrid(0.0, INTERVAL, jnp.asarray(substeps), SAMPLES)
+    fixed = Grid(0.0, INTERVAL, SAMPLES, substeps)
+    for differentiate in (lambda f: f, jax.jacfwd):
+        found = differentiate(lambda C: _moved(open_grid, C))(6.0)
+        wanted = differentiate(lambda C: _moved(fixed, C))(6.0)
+        assert np.abs(wanted).max() > 0.1
+        np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9)
+
+
+def test_one_program_serves_every_step():
+    moved = jax.jit(lambda steps: _moved(OpenGrid(0.0, INTERVAL, steps, SAMPLES), 6.0))
+    coarse, fine = (moved(jnp.asarray(steps)) for steps in (4, 16))
+    assert moved._cache_size() == 1
+    assert 0 < np.abs(coarse - fine).max() < 0.2
