@@ -71,8 +71,24 @@ class Attribution:
     floor: float
 
 
-def attribute(model: Model, bench: Bench, point: Point, progress: Progress) -> Attribution:
-    """Screens and refits every effect on a bench, beginning at the nominal model's point."""
+@dataclasses.dataclass(frozen=True)
+class Survey:
+    """The nominal model's refit, the screening there, single effects refitted (best first), and the misfit
+    that no model gets below."""
+
+    nominal: Refit
+    screen: Screen
+    found: tuple[Explanation, ...]
+    floor: float
+
+    @property
+    def suffices(self) -> bool:
+        """Whether one effect, or none, leaves next to nothing."""
+        return suffices(self.nominal.misfit / self.floor, self.found[0].refit.misfit / self.floor)
+
+
+def survey(model: Model, bench: Bench, point: Point, progress: Progress) -> Survey:
+    """Screens every effect on a bench, from the nominal model's point on, and refits the promising ones."""
     progress.stage("effects screened", 2)
     (nominal,) = refit(model, bench, [point], [nuisances(model)])
     nominal = released(model, bench, nominal)
@@ -82,7 +98,13 @@ def attribute(model: Model, bench: Bench, point: Point, progress: Progress) -> A
     promises = _short_list(first.promises)
     found = _freed(model, bench, _refitted(model, bench, nominal, promises, progress))
     floor = unrepeated(model, bench, [nominal, found[0].refit])
-    if _wanders(nominal) and not suffices(nominal.misfit / floor, found[0].refit.misfit / floor):
+    return Survey(nominal, first, tuple(found), floor)
+
+
+def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> Attribution:
+    """Looks for pairs where no single effect suffices, and weighs all explanations."""
+    nominal, first, found, floor = seen.nominal, seen.screen, list(seen.found), seen.floor
+    if _wanders(nominal) and not seen.suffices:
         still = _with_still_friction(model, bench, nominal, first.shapes, progress)
         found = _freed(model, bench, _best_of([*found, *still]))
     leader = found[0]

@@ -1,9 +1,8 @@
-"""Which contact: the paper's, or one that gives way gradually, if the records ask for it before any effect is
-tried.
+"""Which contact: the paper's, or one that gives way gradually, where no single effect explains the records.
 
 How a contact yields is a property of every pair of surfaces, no fault of the rig: a bristle under the wrong
-name would make every effect look unlikely. So the contact is chosen first, on the nominal model, and all
-effects are then tried on the one chosen.
+name would make every effect look unlikely. The contact is chosen on the nominal model, and all effects are
+then tried on the one chosen.
 """
 
 from __future__ import annotations
@@ -14,15 +13,14 @@ import numpy as np
 
 from fitting.diagnosis.base import Ground, nuisances
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Point, refit
+from fitting.diagnosis.refit import Point, Refit, refit
 from fitting.problem import Problem
 from jaxstick.parts.contact import AbstractContact
 from jaxstick.parts.gradual import ElastoPlasticContact, IwanContact, LuGreContact
 
 PREFERRED = 0.6
 """Another contact is taken only if lanes cost less than this share of what they do, on the mean."""
-CLEAN = 1.3
-"""A misfit that asks for no other contact."""
+STEPS = 8
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,24 +45,21 @@ def gradual_contacts(k1: float) -> dict[str, AbstractContact]:
 
 
 def choose_contact(
-    problem: Problem, model: Model, ground: Ground, fitted: np.ndarray, workers: int
+    problem: Problem, model: Model, ground: Ground, fitted: np.ndarray, nominal: Refit, workers: int
 ) -> Chosen:
-    """The contact that the records ask for, judged on the lanes that take part in the fit: by the mean ratio
-    of the lanes' costs, which a few lost lanes do not decide."""
+    """The contact that the records ask for, judged on the lanes that take part in the fit, beginning at the
+    nominal model's refit: by the mean ratio of the lanes' costs, which a few lost lanes do not decide."""
     bench = ground.bench.take(fitted).coarser()
-    nominal = problem.hypothesis.nominal
-    point = dataclasses.replace(ground.point, own=ground.point.own[fitted])
-    (paper,) = refit(model, bench, [point], [nuisances(model)])
+    parts = problem.hypothesis.nominal
+    (paper,) = refit(model, bench, [nominal.point], [nuisances(model)], iterations=STEPS)
     best, least = Chosen(problem, model, ground, None, 1.0), PREFERRED
-    if paper.misfit < CLEAN:
-        return best
-    for words, contact in gradual_contacts(float(np.asarray(nominal.contact.k1))).items():
+    for words, contact in gradual_contacts(float(np.asarray(parts.contact.k1))).items():
         hypothesis = dataclasses.replace(
-            problem.hypothesis, nominal=dataclasses.replace(nominal, contact=contact)
+            problem.hypothesis, nominal=dataclasses.replace(parts, contact=contact)
         )
         other = dataclasses.replace(problem, hypothesis=hypothesis)
         its = Model(other, workers)
-        (found,) = refit(its, bench, [carried(paper.point, model, its)], [nuisances(its)])
+        (found,) = refit(its, bench, [carried(paper.point, model, its)], [nuisances(its)], iterations=STEPS)
         ratio = float(np.exp(np.mean(np.log(found.cost / paper.cost))))
         if ratio < least:
             moved = dataclasses.replace(ground, point=carried(ground.point, model, its))

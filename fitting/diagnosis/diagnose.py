@@ -11,10 +11,10 @@ import numpy as np
 
 from fitting.account import joined
 from fitting.correction import correction_of
-from fitting.diagnosis.attribute import Attribution, Explanation, attribute
+from fitting.diagnosis.attribute import Attribution, Explanation, attribute, survey
 from fitting.diagnosis.base import Ground, ground
 from fitting.diagnosis.confidence import deviations
-from fitting.diagnosis.contacts import choose_contact
+from fitting.diagnosis.contacts import Chosen, choose_contact
 from fitting.diagnosis.detection import detection_limit
 from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter, Trace
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
@@ -60,10 +60,15 @@ def diagnose(
     model = Model(problem, settings.workers)
     base = ground(problem, model, fitting, progress)
     held = split(problem, base.bench, held_out)
-    chosen = choose_contact(problem, model, base, held.fitted, settings.workers)
-    problem, model, base = chosen.problem, chosen.model, chosen.ground
     bench = base.bench.take(held.fitted)
-    found = attribute(model, bench, part(base.point, held.fitted), progress)
+    seen = survey(model, bench, part(base.point, held.fitted), progress)
+    chosen = Chosen(problem, model, base, None, 1.0)
+    if not seen.suffices:
+        chosen = choose_contact(problem, model, base, held.fitted, seen.nominal, settings.workers)
+        problem, model, base = chosen.problem, chosen.model, chosen.ground
+    if chosen.words is not None:
+        seen = survey(model, bench, part(base.point, held.fitted), progress)
+    found = attribute(model, bench, seen, progress)
     named = _named(found)
     progress.stage("how far the gap shrinks", 3)
     shrunk = closure(problem, model, base.bench, held, _fits(found, named), base.point.own, settings.seed)

@@ -18,6 +18,8 @@ SCATTER = (0.1, 0.5, 1.0)
 ITERATIONS = 5
 SUSPECT = 4.0
 BETTER = 0.9
+NEAR = 0.95
+"""A hypothesis that leaves hardly less has nothing to lend."""
 
 
 def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: bool = True) -> Refit:
@@ -52,7 +54,7 @@ def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: b
 def borrowed(model: Model, bench: Bench, fit: Refit, other: Refit) -> Refit:
     """The refit, fitted once more with the starts that another hypothesis has for the lanes that it fits far
     better, and with all of them and its constants; the same where neither is better."""
-    if other.misfit >= fit.misfit:
+    if other.misfit >= NEAR * fit.misfit:
         return fit
     lost = fit.cost > SUSPECT * other.cost
     own = np.where(lost[:, None], other.point.own, fit.point.own)

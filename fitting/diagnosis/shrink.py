@@ -96,9 +96,9 @@ def closure(
     fitted = refit(
         model, test, list(points.values()), [nothing] * len(points), iterations=SETTLED, wander=False
     )
-    results = {
-        name: released(model, test, fit, wander=False) for name, fit in zip(points, fitted, strict=True)
-    }
+    results = dict(zip(points, fitted, strict=True))
+    for name in ("nominal", "named"):
+        results[name] = released(model, test, results[name], wander=False)
     dof = test.dof()
     gaps = {name: math.sqrt(misfit_of(result.cost, dof)) for name, result in results.items()}
     floor = min(1.0, gaps["named"])
