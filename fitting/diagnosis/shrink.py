@@ -12,6 +12,7 @@ from fitting.diagnosis.findings import Closure
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point, Refit, misfit_of, refit
 from fitting.diagnosis.release import released
+from fitting.diagnosis.repeatability import unrepeated
 from fitting.problem import Problem
 from jaxstick.errors import UserError
 from jaxstick.record import CONSTANTS
@@ -82,7 +83,8 @@ def closure(
     named, and may have wrong and placebo.
 
     Constants and effects stay as fitted; every lane's start and every run's level are fitted anew. Friction
-    may wander as far as it does under the named fit.
+    may wander as far as it does under the named fit. The floor is what does not repeat itself from cycle to
+    cycle, the noise where nothing repeats.
     """
     test, widths = bench.take(held.held), fits["named"].point.widths
     points = {
@@ -101,7 +103,8 @@ def closure(
         results[name] = released(model, test, results[name], wander=False)
     dof = test.dof()
     gaps = {name: math.sqrt(misfit_of(result.cost, dof)) for name, result in results.items()}
-    floor = min(1.0, gaps["named"])
+    repeated = unrepeated(model, test, [results["nominal"], results["named"]])
+    floor = min(math.sqrt(repeated), gaps["named"])
 
     def closed(name: str) -> float:
         return share_closed(gaps["nominal"], gaps[name], floor)

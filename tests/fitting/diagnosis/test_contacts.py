@@ -1,0 +1,78 @@
+"""The contact is told from records of which it is the only thing that is not as assumed."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis.base import Ground, ground, nuisances
+from fitting.diagnosis.contacts import Chosen, carried, choose_contact
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import Refit, refit
+from fitting.problem import pose
+from fitting.progress import Silent
+from fitting.settings import Settings
+from jaxstick.effect import AbstractEffect, Card
+from jaxstick.oscillator import Oscillator
+from jaxstick.parts.contact import AbstractContact
+from jaxstick.parts.drive import SineDrive
+from jaxstick.parts.gradual import ElastoPlasticContact, LuGreContact
+from tests.fitting.reference_data import TRUTH, WRONG, dataset, noisy, own_run
+
+
+class OtherContact(AbstractEffect):
+    """Another contact in the place of the paper's."""
+
+    card: ClassVar[Card] = Card("", "friction", "", "", "", "")
+    contact: AbstractContact
+
+    def attach(self, oscillator: Oscillator) -> Oscillator:
+        return dataclasses.replace(oscillator, contact=self.contact)
+
+
+def looked_at(contact: AbstractContact | None) -> tuple[Model, Ground, Refit, Chosen]:
+    """Model, ground and refit of the nominal model on two noisy runs with this contact, and the choice."""
+    random = np.random.default_rng(5)
+    effects = {} if contact is None else {"contact": OtherContact(contact)}
+    runs = [
+        noisy(
+            own_run(SineDrive(f, 10.325e-3), effects=dict(effects), samples=600, file=f"run-{f}.csv"), random
+        )
+        for f in (0.9, 2.1)
+    ]
+    settings = Settings(workers=2)
+    problem = pose(dataset(*runs, assumed=WRONG), settings)
+    model = Model(problem, settings.workers)
+    base = ground(problem, model, settings, Silent())
+    (nominal,) = refit(model, base.bench, [base.point], [nuisances(model)])
+    every = np.arange(len(base.bench.lanes))
+    return model, base, nominal, choose_contact(problem, model, base, every, nominal, settings.workers)
+
+
+@pytest.mark.parametrize(
+    ("contact", "word"),
+    [(LuGreContact(TRUTH["k1"]), "LuGre"), (ElastoPlasticContact(TRUTH["k1"], 0.5), "elasto-plastic")],
+    ids=["lugre", "elasto-plastic"],
+)
+def test_a_bristle_is_told_and_leaves_nothing_but_noise(contact, word):
+    _, base, nominal, chosen = looked_at(contact)
+    assert nominal.misfit > 2
+    assert chosen.words is not None and word in chosen.words
+    assert chosen.ratio < 0.6
+    (again,) = refit(chosen.model, base.bench, [chosen.ground.point], [nuisances(chosen.model)])
+    assert again.misfit < 1.3
+    found = chosen.model.values(again.point.coordinates, chosen.model.common)
+    assert found["k1"] == pytest.approx(TRUTH["k1"], rel=0.03)
+    if word == "elasto-plastic":
+        assert found["contact.breakaway"] == pytest.approx(0.5, abs=0.05)
+
+
+def test_the_contact_of_the_paper_is_kept_where_it_fits():
+    model, base, nominal, chosen = looked_at(None)
+    assert chosen.words is None and chosen.model is model and chosen.ground is base
+    assert nominal.misfit < 1.2
+    same = carried(base.point, model, model)
+    assert same.coordinates == pytest.approx(base.point.coordinates, abs=1e-9)
