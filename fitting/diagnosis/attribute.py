@@ -28,8 +28,9 @@ shape."""
 THIN = 3
 """Starts compete on one lane in so many, with coarser steps, for `HEAT` steps."""
 HEAT = 8
-FINALISTS = 6
-"""So many effects, each from its best start, are then fitted to all lanes."""
+FINALISTS, PAIR_FINALISTS = 6, 3
+"""So many effects, each from its best start, are then fitted to all lanes; so many as the second of a pair.
+"""
 SETTLE = 3
 HOPELESS = 2.0
 """A search that is not on its way to less than so many times the lowest cost is given up."""
@@ -172,7 +173,8 @@ def _refitted(
         rival = heats.get(promise.key)
         if rival is None or result.misfit < rival[1].misfit:
             heats[promise.key] = promise, result
-    final = sorted(heats.values(), key=lambda pair: pair[1].misfit)[:FINALISTS]
+    most = FINALISTS if len(base.free) == len(nuisances(model)) else PAIR_FINALISTS
+    final = sorted(heats.values(), key=lambda pair: pair[1].misfit)[:most]
     results = refit(
         model,
         bench,

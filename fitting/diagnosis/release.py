@@ -17,6 +17,8 @@ SCATTER = (0.1, 0.5, 1.0)
 """Standard deviations of displacement, velocity and force of the new starts, in units of their priors'."""
 ITERATIONS = 5
 SUSPECT = 4.0
+MANY = 0.2
+"""Where more than this share of the lanes lies far above, the model is wrong rather than its starts."""
 BETTER = 0.9
 NEAR = 0.95
 """A hypothesis that leaves hardly less has nothing to lend."""
@@ -31,7 +33,7 @@ def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: b
     share = fit.cost / bench.dof()
     typical = float(np.median(share))
     lost = np.flatnonzero(share > max(SUSPECT * typical, typical * (1 + 6 * np.sqrt(2 / bench.dof().mean()))))
-    if len(lost) == 0:
+    if len(lost) == 0 or len(lost) > MANY * len(share):
         return fit
     random = np.random.default_rng(seed)
     tries = max(TRIES, LEAST_TRIES // len(lost))
