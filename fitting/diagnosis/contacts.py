@@ -62,7 +62,8 @@ def choose_contact(
         (found,) = refit(its, bench, [carried(paper.point, model, its)], [nuisances(its)], iterations=STEPS)
         ratio = float(np.exp(np.mean(np.log(found.cost / paper.cost))))
         if ratio < least:
-            moved = dataclasses.replace(ground, point=carried(ground.point, model, its))
+            point = dataclasses.replace(found.point, own=ground.point.own, widths=ground.point.widths)
+            moved = dataclasses.replace(ground, point=point)
             best, least = Chosen(other, its, moved, words, ratio), ratio
     return best
 
