@@ -11,10 +11,11 @@ import numpy as np
 
 from fitting.account import joined
 from fitting.correction import correction_of
-from fitting.diagnosis.attribute import Attribution, Explanation, attribute, survey
+from fitting.diagnosis.attribute import Attribution, attribute
 from fitting.diagnosis.base import Ground, ground
 from fitting.diagnosis.confidence import deviations
 from fitting.diagnosis.contacts import Chosen, choose_contact
+from fitting.diagnosis.contest import Explanation
 from fitting.diagnosis.detection import detection_limit
 from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter, Trace
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
@@ -23,6 +24,7 @@ from fitting.diagnosis.refit import Bench, Point, Refit, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import Split, check_hold_out, closure, part, share_closed, split
+from fitting.diagnosis.survey import survey
 from fitting.diagnosis.words import advice, notes, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent

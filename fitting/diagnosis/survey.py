@@ -1,0 +1,83 @@
+"""The survey: every effect screened on the nominal model, and the promising ones refitted, each alone."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+from fitting.diagnosis.base import nuisances
+from fitting.diagnosis.contest import Explanation, contest
+from fitting.diagnosis.judge import suffices
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import Bench, Point, Refit, refit
+from fitting.diagnosis.release import borrowed, released
+from fitting.diagnosis.repeatability import unrepeated
+from fitting.diagnosis.screen import Promise, Screen, screen
+from fitting.progress import Progress
+
+SHORT_LIST = 10
+SHORTEST_LIST = 4
+PROMISING = 15.0
+"""Beyond the shortest list an effect is refitted only if its score is this many times what scores vary by."""
+FINALISTS = 6
+LEADING = 4
+REACH = 4.0
+"""Lost lanes are looked after in the leading explanations, where the misfit is less than so many times the
+lowest."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Survey:
+    """The nominal model's refit, the screening there, single effects refitted (best first), and the misfit
+    that no model gets below."""
+
+    nominal: Refit
+    screen: Screen
+    found: tuple[Explanation, ...]
+    floor: float
+
+    @property
+    def suffices(self) -> bool:
+        """Whether one effect, or none, leaves next to nothing."""
+        return suffices(self.nominal.misfit / self.floor, self.found[0].refit.misfit / self.floor)
+
+
+def survey(model: Model, bench: Bench, point: Point, progress: Progress) -> Survey:
+    """Screens every effect on a bench, from the nominal model's point on, and refits the promising ones."""
+    progress.stage("effects screened", 2)
+    (nominal,) = refit(model, bench, [point], [nuisances(model)])
+    nominal = released(model, bench, nominal)
+    progress.advance(f"chi2 per sample {nominal.misfit:.4g}")
+    first = screen(model, bench, nominal)
+    progress.advance(f"{len(first.keys)} effects")
+    promises = _short_list(first.promises)
+    found = freed(model, bench, contest(model, bench, nominal, promises, FINALISTS, progress))
+    floor = unrepeated(model, bench, [nominal, found[0].refit])
+    return Survey(nominal, first, tuple(found), floor)
+
+
+def freed(model: Model, bench: Bench, explanations: Sequence[Explanation]) -> list[Explanation]:
+    """The explanations, the best first; of the leading ones lost lanes are freed, and they borrow from the
+    best."""
+
+    def sifted(found: Sequence[Explanation], again: Callable[[Explanation], Refit]) -> list[Explanation]:
+        found = sorted(found, key=lambda e: e.refit.misfit)
+        within = REACH * found[0].refit.misfit
+        return [
+            dataclasses.replace(e, refit=again(e)) if place < LEADING and e.refit.misfit < within else e
+            for place, e in enumerate(found)
+        ]
+
+    found = sifted(explanations, lambda e: released(model, bench, e.refit))
+    leader = min((e.refit for e in found), key=lambda refit: refit.misfit)
+    found = sifted(found, lambda e: borrowed(model, bench, e.refit, leader))
+    return sorted(found, key=lambda e: e.refit.misfit)
+
+
+def _short_list(promises: Sequence[Promise]) -> list[Promise]:
+    """The promises that are worth a refit."""
+    return [
+        promise
+        for place, promise in enumerate(promises[:SHORT_LIST])
+        if place < SHORTEST_LIST or promise.score > PROMISING * max(promise.inflation, 1.0)
+    ]
