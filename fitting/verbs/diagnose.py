@@ -44,8 +44,8 @@ def diagnose(
 ) -> int:
     """Say where the simulation and the records of DATASET part, which effect causes it and how far it closes.
 
-    DIR gets report.html, diagnosis.json, plots and, where an effect is named, corrected_rig.toml: a rig file
-    with the effect in.
+    DIR gets report.html, diagnosis.json, plots and, where an effect is named and the contact is as assumed,
+    corrected_rig.toml: a rig file with the effect in.
     """
     data = load_dataset(dataset, rig)
     _check_held_out(data, dataset, hold_out)

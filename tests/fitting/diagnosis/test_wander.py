@@ -62,7 +62,3 @@ def test_the_factor_on_the_law():
         for part in ("limit", "viscous"):
             plain, changed = (getattr(one, part)(None, motion) for one in (law, wandering))
             assert float(changed) == pytest.approx(float(plain) * np.exp(exponent), rel=1e-5)
-
-
-def test_none_at_all_is_next_to_nothing():
-    assert LEAST < 1e-5
