@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.diagnosis.wander import LEAST, OWN, START, Wandering, likeliest
+from fitting.diagnosis.wander import OWN, START, Wandering, likeliest
 from jaxstick.parts.friction import ExponentialFriction
 from jaxstick.parts.motion import Motion
 
