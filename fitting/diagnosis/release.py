@@ -20,8 +20,6 @@ SUSPECT = 4.0
 MANY = 0.2
 """Where more than this share of the lanes lies far above, the model is wrong rather than its starts."""
 BETTER = 0.9
-NEAR = 0.95
-"""A hypothesis that leaves hardly less has nothing to lend."""
 
 
 def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: bool = True) -> Refit:
@@ -53,10 +51,11 @@ def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: b
     return again if again.misfit < fit.misfit else fit
 
 
-def borrowed(model: Model, bench: Bench, fit: Refit, other: Refit) -> Refit:
+def borrowed(model: Model, bench: Bench, fit: Refit, other: Refit, near: float = 1.0) -> Refit:
     """The refit, fitted once more with the starts that another hypothesis has for the lanes that it fits far
-    better, and with all of them and its constants; the same where neither is better."""
-    if other.misfit >= NEAR * fit.misfit:
+    better, and with all of them and its constants; the same where neither is better, or where the other
+    leaves no less than the share `near` of its misfit."""
+    if other.misfit >= near * fit.misfit:
         return fit
     lost = fit.cost > SUSPECT * other.cost
     own = np.where(lost[:, None], other.point.own, fit.point.own)

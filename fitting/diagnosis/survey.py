@@ -24,6 +24,9 @@ LEADING = 4
 REACH = 4.0
 """Lost lanes are looked after in the leading explanations, where the misfit is less than so many times the
 lowest."""
+NEAR = 0.95
+"""An explanation that leaves hardly less has nothing to lend to another; to the nominal model it always has,
+for that one can do no better than what contains it."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -70,7 +73,7 @@ def freed(model: Model, bench: Bench, explanations: Sequence[Explanation]) -> li
 
     found = sifted(explanations, lambda e: released(model, bench, e.refit))
     leader = min((e.refit for e in found), key=lambda refit: refit.misfit)
-    found = sifted(found, lambda e: borrowed(model, bench, e.refit, leader))
+    found = sifted(found, lambda e: borrowed(model, bench, e.refit, leader, NEAR))
     return sorted(found, key=lambda e: e.refit.misfit)
 
 
