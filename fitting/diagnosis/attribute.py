@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from fitting.diagnosis.judge import Account, Judgement, judge, suffices
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Refit, refit
 from fitting.diagnosis.release import borrowed
-from fitting.diagnosis.repeatability import unrepeated
+from fitting.diagnosis.repeatability import floor_of, wanders
 from fitting.diagnosis.screen import Screen, Shapes, screen
 from fitting.diagnosis.survey import FINALISTS, Survey, freed
 from fitting.diagnosis.wander import LEAST, OWN, START
@@ -24,8 +23,6 @@ LEADERS = 2
 RIVAL = 2.0
 """Pairs are sought with the best effect, and with the second best where it leaves less than so many times as
 much."""
-A_GOOD_DEAL = 0.002
-"""Friction that wanders by less, as a share of itself, hides nothing."""
 SAME = 0.9
 """Aliases are the same to records in which the cosine between their traces is larger."""
 
@@ -47,12 +44,12 @@ class Attribution:
 def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> Attribution:
     """Looks for pairs where no single effect suffices, and weighs all explanations."""
     nominal, first, found, floor = seen.nominal, seen.screen, list(seen.found), seen.floor
-    if _wanders(nominal) and not seen.suffices:
+    if wanders(nominal) and not seen.suffices:
         still = _with_still_friction(model, bench, nominal, first.shapes, progress)
         found = freed(model, bench, best_of([*found, *still]))
     leader = found[0]
     nominal = borrowed(model, bench, nominal, leader.refit)
-    floor = min(floor, unrepeated(model, bench, [nominal, leader.refit]))
+    floor = min(floor, floor_of(model, bench, [nominal, leader.refit]))
     alone = suffices(nominal.misfit / floor, leader.refit.misfit / floor)
     around = screen(model, bench, leader.refit, own_group=alone, shapes=[] if alone else first.shapes)
     inflation = float(np.median([promise.inflation for promise in around.promises]))
@@ -66,7 +63,7 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
         ]
         found += best_of(pairs)
     found.sort(key=lambda explanation: explanation.refit.misfit)
-    floor = min(floor, unrepeated(model, bench, [found[0].refit]))
+    floor = min(floor, floor_of(model, bench, [found[0].refit]))
     accounts = [
         Account(e.keys, e.refit.misfit / floor, sum(len(model.shelf.names(key)) for key in e.keys))
         for e in found
@@ -93,11 +90,6 @@ def _aliases(model: Model, seen: Screen) -> dict[str, list[str]]:
         ]
         for here, key in enumerate(seen.keys)
     }
-
-
-def _wanders(fit: Refit) -> bool:
-    """Whether a hypothesis lets friction wander by a good deal."""
-    return float(fit.point.widths.max()) * math.sqrt(fit.misfit) > A_GOOD_DEAL
 
 
 def _with_still_friction(

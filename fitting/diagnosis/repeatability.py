@@ -8,6 +8,7 @@ section 2.1).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,11 +21,24 @@ FEWEST = 6
 """Pairs of lanes in successive cycles below which nothing is said."""
 
 
-def unrepeated(model: Model, bench: Bench, fits: Sequence[Refit]) -> float:
+A_GOOD_DEAL = 0.002
+"""Friction that wanders by less, as a share of itself, hides nothing and scatters little."""
+
+
+def wanders(fit: Refit) -> bool:
+    """Whether a hypothesis lets friction wander by a good deal."""
+    return float(fit.point.widths.max()) * math.sqrt(fit.misfit) > A_GOOD_DEAL
+
+
+def floor_of(model: Model, bench: Bench, fits: Sequence[Refit]) -> float:
     """The least misfit that any model can have here, 1 at least: of several fits the lowest mean square of
-    what changes from one cycle to the next. 1 where the lanes are not repeated."""
+    what changes from one cycle to the next.
+
+    1 where the lanes are not repeated, and where friction keeps still under one of the fits: an effect that
+    keeps another time than the excitation does not repeat itself either, and is no scatter.
+    """
     first, second = successive(bench.phase)
-    if len(first) < FEWEST:
+    if len(first) < FEWEST or not all(wanders(fit) for fit in fits):
         return 1.0
     none = np.full((len(bench.lanes), COLUMNS), -1)
     seen = model.columns([job(bench, fit.point, none) for fit in fits])

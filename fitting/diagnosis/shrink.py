@@ -12,7 +12,7 @@ from fitting.diagnosis.findings import Closure
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point, Refit, misfit_of, refit
 from fitting.diagnosis.release import released
-from fitting.diagnosis.repeatability import unrepeated
+from fitting.diagnosis.repeatability import floor_of
 from fitting.problem import Problem
 from jaxstick.errors import UserError
 from jaxstick.record import CONSTANTS
@@ -103,7 +103,7 @@ def closure(
         results[name] = released(model, test, results[name], wander=False)
     dof = test.dof()
     gaps = {name: math.sqrt(misfit_of(result.cost, dof)) for name, result in results.items()}
-    repeated = unrepeated(model, test, [results["nominal"], results["named"]])
+    repeated = floor_of(model, test, [results["nominal"], results["named"]])
     floor = min(math.sqrt(repeated), gaps["named"])
 
     def closed(name: str) -> float:

@@ -11,7 +11,7 @@ from fitting.diagnosis.judge import suffices
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point, Refit, refit
 from fitting.diagnosis.release import borrowed, released
-from fitting.diagnosis.repeatability import unrepeated
+from fitting.diagnosis.repeatability import floor_of
 from fitting.diagnosis.screen import Promise, Screen, screen
 from fitting.progress import Progress
 
@@ -55,7 +55,7 @@ def survey(model: Model, bench: Bench, point: Point, progress: Progress) -> Surv
     progress.advance(f"{len(first.keys)} effects")
     promises = _short_list(first.promises)
     found = freed(model, bench, contest(model, bench, nominal, promises, FINALISTS, progress))
-    floor = unrepeated(model, bench, [nominal, found[0].refit])
+    floor = floor_of(model, bench, [nominal, found[0].refit])
     return Survey(nominal, first, tuple(found), floor)
 
 
