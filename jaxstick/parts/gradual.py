@@ -102,7 +102,7 @@ class IwanContact(AbstractContact):
         wanted = jnp.clip(-approach.force / self.k1, -jnp.mean(limits), jnp.mean(limits))
         reach = wanted
         for _ in range(ELEMENTS):
-            held = jnp.maximum(jnp.mean(jnp.abs(reach) < limits), 1 / ELEMENTS)
+            held = jnp.maximum(jnp.mean((jnp.abs(reach) < limits).astype(float)), 1 / ELEMENTS)
             reach = reach + (wanted - jnp.mean(jnp.clip(reach, -limits, limits))) / held
         deflections = jnp.clip(reach, -limits, limits)
         return -self.k1 * jnp.mean(deflections), deflections
