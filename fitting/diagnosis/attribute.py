@@ -58,8 +58,8 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
         screens = [around, *(screen(model, bench, e.refit, shapes=first.shapes) for e in seconds)]
         pairs = [
             pair
-            for base, seen in zip(found, screens, strict=False)
-            for pair in contest(model, bench, base.refit, seen.promises[:SECONDS], FINAL_PAIRS, progress)
+            for base, beside in zip(found, screens, strict=False)
+            for pair in contest(model, bench, base.refit, beside.promises[:SECONDS], FINAL_PAIRS, progress)
         ]
         found += best_of(pairs)
     found.sort(key=lambda explanation: explanation.refit.misfit)

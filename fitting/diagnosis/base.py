@@ -12,8 +12,7 @@ import numpy as np
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point
 from fitting.diagnosis.release import settled
-from fitting.diagnosis.wander import LEAST as LEAST_WIDTH
-from fitting.diagnosis.wander import OWN, START, with_room
+from fitting.diagnosis.wander import LEAST, OWN, START, with_room
 from fitting.joining import chains
 from fitting.lanes import Lanes
 from fitting.problem import Problem, beginnings
@@ -27,9 +26,9 @@ from jaxstick.formats.harmonic import fit_harmonic
 from jaxstick.record import Run
 
 UNITS = 4
-LEAST = 0.25
-"""What is left of a run after its last whole segment and is shorter than this share of one goes with it."""
 """Lanes are this many shortest segments long."""
+REMNANT = 0.25
+"""What is left of a run after its last whole segment and is shorter than this share of one goes with it."""
 LEAD = 4
 """A lane begins one so-manieth of its length before its samples count."""
 PERIODIC = 0.98
@@ -74,11 +73,10 @@ def cut_in_step(signals: Sequence[Signals], samples: int) -> tuple[list[Segment]
         else:
             count = max(1, math.ceil(cycle / samples))
             length = cycle / count if cycle > samples else cycle * math.floor(samples / cycle)
-        edges = [*np.arange(0, total - LEAST * length, length).round().astype(int).tolist(), total]
+        edges = [*np.arange(0, total - REMNANT * length, length).round().astype(int).tolist(), total]
         for index, (first, last) in enumerate(itertools.pairwise(edges)):
             parts = math.ceil((last - first) / samples)
-            within = np.linspace(first, last, parts + 1).round().astype(int)
-            segments += [Segment(number, int(a), int(b)) for a, b in itertools.pairwise(within)]
+            segments += divided(Segment(number, first, last), parts)
             whole = count > 0 and parts == 1 and last - first > length - 1
             phases += [known + index % count if whole else -1] * parts
         known += count
@@ -97,15 +95,10 @@ def _cycle(run: Run) -> float | None:
     return None
 
 
-def quartered(segments: Sequence[Segment]) -> list[Segment]:
-    """Every segment in `UNITS` parts."""
-    return [
-        Segment(segment.run, int(a), int(b))
-        for segment in segments
-        for a, b in itertools.pairwise(
-            np.linspace(segment.first, segment.last, UNITS + 1).round().astype(int)
-        )
-    ]
+def divided(segment: Segment, parts: int) -> list[Segment]:
+    """A segment in so many parts of about the same length."""
+    edges = np.linspace(segment.first, segment.last, parts + 1).round().astype(int)
+    return [Segment(segment.run, int(a), int(b)) for a, b in itertools.pairwise(edges)]
 
 
 def lay(problem: Problem, segments: Sequence[Segment], phases: Sequence[int], substeps: int) -> Bench:
@@ -157,7 +150,7 @@ def ground(problem: Problem, model: Model, settings: Settings, progress: Progres
     """The nominal model, sought from several points on the shortest segments and fitted to segments of about
     one natural period, with the rig's properties free within their tolerance."""
     segments, phases = cut_in_step(problem.chosen, length(problem))
-    short = quartered(segments)
+    short = [part for segment in segments for part in divided(segment, UNITS)]
     here = stage(problem, 1, short, problem.opening["k1"], settings)
     descent = descend_from(here, beginnings(problem, settings), settings, progress)
     points = descent.coordinates[np.argsort(descent.loss)[:FINALISTS]]
@@ -169,7 +162,7 @@ def ground(problem: Problem, model: Model, settings: Settings, progress: Progres
     constants = problem.unknowns.values(found.coordinates)
     wanted = steps(problem, UNITS, constants["k1"], settings)
     bench = lay(problem, segments, phases, wanted)
-    widths = np.full(OWN - START, WANDER if bench.wanders else LEAST_WIDTH)
+    widths = np.full(OWN - START, WANDER if bench.wanders else LEAST)
     own = np.asarray(bench.lanes.start)
     point = Point((), model.origin(constants), np.zeros(bench.runs), own, widths)
     own, _ = settled(model, bench, point)

@@ -70,8 +70,7 @@ def choose_contact(
 
 def carried(point: Point, model: Model, other: Model) -> Point:
     """A nominal point of one model as one of another; what only the other has is at its typical value."""
-    values = model.values(point.coordinates, model.constants)
-    coordinates = other.origin(values)
+    coordinates = other.origin({})
     shared = [name for name in model.common if name in other.common]
     coordinates[other.index(*shared)] = point.coordinates[model.index(*shared)]
     return dataclasses.replace(point, coordinates=coordinates)

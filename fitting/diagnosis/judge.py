@@ -114,8 +114,7 @@ def judge(
         prior = PRIOR["single"] / len(shelf) if single else PRIOR["pair"] / pairs
         needless = enough and not single and account.misfit > CLEAN
         names.append("+".join(account.keys))
-        misfit = alone if needless else account.misfit
-        logs.append(weight(misfit, account.parameters, prior))
+        logs.append(weight(alone if needless else account.misfit, account.parameters, prior))
     logs = _levelled(names, logs, accounts, ALIKE * excess, aliases or {})
     share = np.exp(np.array(logs) - max(logs))
     share = (1 - DOUBT) * share / share.sum() + DOUBT / len(share)

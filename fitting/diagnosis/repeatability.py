@@ -19,8 +19,6 @@ from fitting.diagnosis.wander import OWN
 
 FEWEST = 6
 """Pairs of lanes in successive cycles below which nothing is said."""
-
-
 A_GOOD_DEAL = 0.002
 """Friction that wanders by less, as a share of itself, hides nothing and scatters little."""
 

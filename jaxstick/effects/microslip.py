@@ -11,7 +11,15 @@ from jaxtyping import Array, Float
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter
-from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction, fitted_inertia
+from jaxstick.parts.contact import (
+    AbstractContact,
+    Approach,
+    Grip,
+    Passage,
+    Traction,
+    fitted_inertia,
+    sense_of,
+)
 from jaxstick.parts.motion import Scalar
 
 
@@ -82,7 +90,7 @@ class _Split(AbstractContact):
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
         deflection = -approach.force / self.k1
-        limit = self._yield(approach.rate, jnp.where(deflection < 0, -1.0, 1.0), traction)
+        limit = self._yield(approach.rate, sense_of(deflection), traction)
         deflection = jnp.clip(deflection, -limit, limit)
         early = -self.share * self.k1 * deflection
         rest = approach._replace(force=(approach.force - early) / (1 - self.share))
@@ -92,7 +100,7 @@ class _Split(AbstractContact):
     def grip(self, state: Any, passage: Passage, traction: Traction) -> Grip:
         inner, deflection = state
         trial = deflection + passage.slide
-        limit = self._yield(passage.rate, jnp.where(trial < 0, -1.0, 1.0), traction)
+        limit = self._yield(passage.rate, sense_of(trial), traction)
         deflection = jnp.clip(trial, -limit, limit)
         early = -self.share * self.k1 * deflection
         rest = passage._replace(

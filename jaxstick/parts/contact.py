@@ -88,7 +88,7 @@ class AbstractFlowingContact(AbstractContact):
         """The friction force on the mass [N]."""
 
 
-def _sense(value: Scalar) -> Scalar:
+def sense_of(value: Scalar) -> Scalar:
     """+1 or -1, never 0."""
     return jnp.where(value < 0, -1.0, 1.0)
 
@@ -124,7 +124,7 @@ class LoadedContact(AbstractFlowingContact):
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, LoadedState]:
         force, rate, _ = approach
-        direction = _sense(-force)
+        direction = sense_of(-force)
         limit = traction.limit(rate, direction)
         static = traction.limit(0.0, direction)
         held = jnp.clip(force, -static, static)
@@ -136,7 +136,7 @@ class LoadedContact(AbstractFlowingContact):
 
     def grip(self, state: LoadedState, passage: Passage, traction: Traction) -> Grip:
         trial = state.deflection + passage.slide
-        direction = _sense(trial)
+        direction = sense_of(trial)
         mobility = passage.step / 2 * (1 / passage.inertia)
         window = Window(
             slide=passage.slide,
@@ -162,13 +162,13 @@ class LoadedContact(AbstractFlowingContact):
         return jnp.where(self._slips(deflection, slide_rate, traction), 0.0, slide_rate)
 
     def friction(self, deflection: Scalar, slide_rate: Scalar, traction: Traction) -> Scalar:
-        direction = _sense(deflection)
+        direction = sense_of(deflection)
         limit = traction.limit(slide_rate, direction)
         slip = -direction * limit - traction.viscous(slide_rate, direction) * slide_rate
         return jnp.where(self._slips(deflection, slide_rate, traction), slip, -self.k1 * deflection)
 
     def _slips(self, deflection: Scalar, slide_rate: Scalar, traction: Traction) -> Array:
-        limit = traction.limit(slide_rate, _sense(deflection))
+        limit = traction.limit(slide_rate, sense_of(deflection))
         return (self.k1 * jnp.abs(deflection) >= limit) & (deflection * slide_rate > 0)
 
 
@@ -191,9 +191,9 @@ class PaperContact(AbstractContact):
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, PaperState]:
         force, rate, _ = approach
-        direction = _sense(-force)
+        direction = sense_of(-force)
         slips = jnp.abs(force) >= traction.limit(0.0, direction)
-        onward = _sense(rate)
+        onward = sense_of(rate)
         slip = -onward * traction.limit(rate, onward) - traction.viscous(rate, onward) * rate
         return (
             jnp.where(slips, slip, force),
@@ -204,7 +204,7 @@ class PaperContact(AbstractContact):
         h = passage.step
         before = passage.slide / h
         sticks = state.slip == 0
-        direction = jnp.where(sticks, _sense(before), state.slip)
+        direction = jnp.where(sticks, sense_of(before), state.slip)
         slipping = -direction * traction.limit(passage.rate, direction)
         slipping -= traction.viscous(passage.rate, direction) * passage.rate
 
@@ -255,7 +255,7 @@ class SmoothContact(AbstractFlowingContact):
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Scalar]:
         force, rate, _ = approach
-        direction = _sense(-force)
+        direction = sense_of(-force)
         limit = traction.limit(rate, direction)
         deflection = -jnp.where(-force * rate > 0, jnp.clip(force, -limit, limit), force) / self.k1
         return self.friction(deflection, rate, traction), deflection
@@ -266,7 +266,7 @@ class SmoothContact(AbstractFlowingContact):
 
     def friction(self, deflection: Scalar, slide_rate: Scalar, traction: Traction) -> Scalar:
         plastic = slide_rate - self.rate(deflection, slide_rate, traction)
-        viscous = traction.viscous(slide_rate, _sense(deflection))
+        viscous = traction.viscous(slide_rate, sense_of(deflection))
         return -self.k1 * deflection - viscous * plastic
 
     def grip(self, state: Scalar, passage: Passage, traction: Traction) -> Grip:
@@ -278,7 +278,7 @@ class SmoothContact(AbstractFlowingContact):
         return Grip(friction, friction, jnp.ones_like(friction), slip, deflection)
 
     def _yielding(self, deflection: Scalar, slide_rate: Scalar, traction: Traction) -> tuple[Scalar, Scalar]:
-        full = traction.limit(slide_rate, _sense(deflection)) / self.k1
+        full = traction.limit(slide_rate, sense_of(deflection)) / self.k1
         share = jnp.clip((jnp.abs(deflection) / full - self.breakaway) / (1 - self.breakaway), 0.0, 1.0)
         loading = deflection * slide_rate > 0
         return jnp.where(loading, 0.5 - 0.5 * jnp.cos(jnp.pi * share), 0.0), full

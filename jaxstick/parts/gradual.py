@@ -13,8 +13,18 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxstick.parameter import parameter
-from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction, fitted_inertia
+from jaxstick.parts.contact import (
+    AbstractContact,
+    Approach,
+    Grip,
+    Passage,
+    Traction,
+    fitted_inertia,
+    sense_of,
+)
 from jaxstick.parts.motion import Scalar
+
+ELEMENTS = 4
 
 
 class BristleState(NamedTuple):
@@ -36,14 +46,14 @@ class AbstractBristle(AbstractContact):
         """alpha at a load k1 z/g, positive where sliding increases it."""
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, BristleState]:
-        limit = traction.limit(approach.rate, _sense(-approach.force))
+        limit = traction.limit(approach.rate, sense_of(-approach.force))
         deflection = -jnp.clip(approach.force, -limit, limit) / self.k1
-        drag = traction.viscous(approach.rate, _sense(approach.rate)) * approach.rate
+        drag = traction.viscous(approach.rate, sense_of(approach.rate)) * approach.rate
         return -self.k1 * deflection - drag, BristleState(deflection, limit / self.k1)
 
     def grip(self, state: BristleState, passage: Passage, traction: Traction) -> Grip:
         start, before = state
-        sense = _sense(passage.slide)
+        sense = sense_of(passage.slide)
         after = traction.limit(passage.rate, sense) / self.k1
         full = (before + after) / 2
         middle = _followed(start, passage.slide / 2, full, self.plasticity(sense * start / full))
@@ -98,7 +108,7 @@ class IwanContact(AbstractContact):
     )
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Scalar]:
-        limits = self._limits(traction.limit(approach.rate, _sense(-approach.force)))
+        limits = self._limits(traction.limit(approach.rate, sense_of(-approach.force)))
         wanted = jnp.clip(-approach.force / self.k1, -jnp.mean(limits), jnp.mean(limits))
         reach = wanted
         for _ in range(ELEMENTS):
@@ -109,7 +119,7 @@ class IwanContact(AbstractContact):
 
     def grip(self, state: Scalar, passage: Passage, traction: Traction) -> Grip:
         trial = state + passage.slide
-        sense = _sense(passage.slide)
+        sense = sense_of(passage.slide)
         limits = self._limits(traction.limit(passage.rate, sense))
         slips = (sense * trial > limits).astype(float)
         deflections = jnp.where(slips > 0, sense * limits, trial)
@@ -124,17 +134,9 @@ class IwanContact(AbstractContact):
         return limit / self.k1 * (1 + self.spread * jnp.linspace(-1.0, 1.0, ELEMENTS))
 
 
-ELEMENTS = 4
-
-
 def _followed(start: Scalar, slide: Scalar, full: Scalar, plasticity: Scalar) -> Scalar:
     """The bristles' deflection after sliding by `slide`: the solution of dz = dx - plasticity z/full |dx|."""
     exponent = plasticity * jnp.abs(slide) / full
     small = exponent < 1e-9
     mean = jnp.where(small, 1 - exponent / 2, -jnp.expm1(-exponent) / jnp.where(small, 1.0, exponent))
-    return start + slide * (1 - plasticity * _sense(slide) * start / full) * mean
-
-
-def _sense(value: Scalar) -> Scalar:
-    """+1 or -1, never 0."""
-    return jnp.where(value < 0, -1.0, 1.0)
+    return start + slide * (1 - plasticity * sense_of(slide) * start / full) * mean
