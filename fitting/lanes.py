@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
+import math
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
@@ -65,6 +67,18 @@ class Lanes(eqx.Module):
         """The lanes at these indices, in this order."""
         return jax.tree.map(lambda leaf: np.asarray(leaf)[index], self)
 
+    def with_room(self, samples: int) -> Lanes:
+        """The lanes filled up to so many samples, of which those that are new do not count, and the drive to
+        as many pieces, or a power of two times as many."""
+        have = self.displacement.shape[1]
+        pieces = np.asarray(self.drive.base).shape[1]
+        finer = 2 ** math.ceil(math.log2(max(1.0, pieces / (have - 1))))
+        sampled = ("displacement", "friction", "displacement_weight", "friction_weight")
+        arrays = {
+            name: np.pad(np.asarray(getattr(self, name)), [(0, 0), (0, samples - have)]) for name in sampled
+        }
+        return dataclasses.replace(self, drive=self.drive.continued(samples * finer), **arrays)
+
 
 def lane_oscillator(hypothesis: Hypothesis, lane: Lanes) -> Oscillator:
     """The oscillator of one lane: the hypothesis with the lane's own rig and drive."""
@@ -77,17 +91,22 @@ def lane_oscillator(hypothesis: Hypothesis, lane: Lanes) -> Oscillator:
     return eqx.tree_at(lambda h: h.nominal, hypothesis, nominal).oscillator()
 
 
-def lane_motion(
-    oscillator: Oscillator, lane: Lanes, start: Array, substeps: Array | None = None
-) -> Trajectory:
-    """The motion of a lane's oscillator along it from a start, with the lane's own number of steps
-    a sample or with one that the program is told."""
+class Pace(NamedTuple):
+    """What a program is told at run time: integration steps a sample, and how many samples lanes reach."""
+
+    substeps: Array | int
+    reach: Array | int
+
+
+def lane_motion(oscillator: Oscillator, lane: Lanes, start: Array, pace: Pace | None = None) -> Trajectory:
+    """The motion of a lane's oscillator along it from a start, with the lane's own number of steps a sample
+    over all its samples, or at a pace that the program is told."""
     origin, interval = jnp.asarray(lane.start_time), jnp.asarray(lane.interval)
     samples = lane.displacement.shape[-1]
-    if substeps is None:
+    if pace is None:
         grid = Grid(origin, interval, samples, lane.substeps)
     else:
-        grid = OpenGrid(origin, interval, substeps, samples)
+        grid = OpenGrid(origin, interval, jnp.asarray(pace.substeps), jnp.asarray(pace.reach), samples)
     begin = Start(start[0], start[1], start[2], jnp.asarray(lane.rest), jnp.asarray(lane.impulse))
     return march(oscillator, begin, grid)
 

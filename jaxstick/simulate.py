@@ -20,6 +20,8 @@ from jaxstick.solver import Staggered, leap
 
 Substep = Callable[[Any, Array], tuple[Any, Scalar]]
 """One integration step: what is carried and the step's number in, what is carried on and the acceleration."""
+Sampled = Callable[[Any, Array], tuple[Any, Any]]
+"""From one sample to the next: what is carried and the sample's number in, what is carried on and seen."""
 
 
 class Grid(eqx.Module):
@@ -42,14 +44,20 @@ class Grid(eqx.Module):
         carry, _ = jax.lax.scan(between, carry, counts, unroll=max(1, min(unroll, self.substeps - 1)))
         return substep(carry, last)
 
+    def follow(self, sample: Sampled, carry: Any) -> Any:
+        """What is seen at every sample after the first."""
+        return jax.lax.scan(sample, carry, jnp.arange(self.samples - 1))[1]
+
 
 class OpenGrid(eqx.Module):
-    """A grid whose number of steps between two samples is an argument of the compiled program, so that one
-    program serves every step; for derivatives in forward mode alone."""
+    """A grid with room for `samples`, of which the first `reach` are computed, the others 0. That number and
+    the number of steps between two samples are arguments of the compiled program, so that one program serves
+    any record and any step; for derivatives in forward mode alone."""
 
     start: Float[Array, ""] | float
     interval: Float[Array, ""] | float
     substeps: Int[Array, ""]
+    reach: Int[Array, ""]
     samples: int = eqx.field(static=True)
 
     def walk(self, substep: Substep, carry: Any, index: Array, unroll: int) -> tuple[Any, Scalar]:
@@ -63,6 +71,19 @@ class OpenGrid(eqx.Module):
 
         carry = jax.lax.fori_loop(1, self.substeps, between, carry)
         return substep(carry, first + self.substeps)
+
+    def follow(self, sample: Sampled, carry: Any) -> Any:
+        """As that of `Grid`."""
+        one = jax.eval_shape(lambda carry: sample(carry, jnp.asarray(0))[1], carry)
+        blank = jax.tree.map(lambda leaf: jnp.zeros((self.samples - 1, *leaf.shape), leaf.dtype), one)
+
+        def onward(index: Array, state: tuple[Any, Any]) -> tuple[Any, Any]:
+            carry, seen = state
+            carry, new = sample(carry, index)
+            put = jax.lax.dynamic_update_index_in_dim
+            return carry, jax.tree.map(lambda whole, now: put(whole, now, index, 0), seen, new)
+
+        return jax.lax.fori_loop(0, self.reach - 1, onward, (carry, blank))[1]
 
 
 class Trajectory(NamedTuple):
@@ -107,7 +128,7 @@ def march(oscillator: Oscillator, start: Start, grid: Grid | OpenGrid, unroll: i
         return carry, _see(oscillator, t, staggered.state, acceleration, excitation)
 
     first = Staggered.of(state, acceleration, h), excitation
-    _, seen = jax.lax.scan(sample, first, jnp.arange(grid.samples - 1))
+    seen = grid.follow(sample, first)
     seen = jax.tree.map(
         lambda at_start, later: jnp.concatenate([jnp.asarray(at_start)[None], later]),
         _see(oscillator, origin, state, acceleration, excitation),

@@ -9,19 +9,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Bench, Point
+from fitting.diagnosis.model import COLUMNS, Model
+from fitting.diagnosis.refit import Bench, Point, job, refit
 from fitting.diagnosis.release import settled
 from fitting.diagnosis.wander import LEAST, OWN, START, with_room
-from fitting.joining import chains
 from fitting.lanes import Lanes
 from fitting.problem import Problem, beginnings
 from fitting.progress import Progress
-from fitting.search import FINALISTS, descend_from, finish, refine
 from fitting.segments import Segment, lay_out
 from fitting.settings import Settings
 from fitting.signals import Signals
-from fitting.stage import stage, steps
+from fitting.stage import steps
 from jaxstick.formats.harmonic import fit_harmonic
 from jaxstick.record import Run
 
@@ -37,6 +35,12 @@ LENGTHS = (48, 96, 192, 384, 768)
 """Numbers of samples in a lane, the one nearest to a natural period is taken: few, so that programs serve
 many data sets."""
 BLUR = 0.06
+FEW, MORE = 48, 192
+"""The search begins on so many of the shortest segments, spread evenly; its best points go on on more."""
+SEARCH, FINALISTS, REFINED = 25, 3, 15
+HOPELESS = 2.0
+STIFFER = (1.0, 20.0)
+TOLERANCE, NEARLY_ALL = 0.1, 0.9
 WANDER = 0.01
 """How far friction is first taken to wander, as a share of itself."""
 NOISY_BEND = 8.0
@@ -101,18 +105,24 @@ def divided(segment: Segment, parts: int) -> list[Segment]:
     return [Segment(segment.run, int(a), int(b)) for a, b in itertools.pairwise(edges)]
 
 
-def lay(problem: Problem, segments: Sequence[Segment], phases: Sequence[int], substeps: int) -> Bench:
-    """Segments as a bench: each lane begins a while before its segment, so that what has a memory remembers
-    when the first sample counts, and all are filled up to the same number of samples.
+def lay(
+    problem: Problem,
+    segments: Sequence[Segment],
+    phases: Sequence[int],
+    substeps: int,
+    longest: int,
+    lead: int,
+) -> Bench:
+    """Segments of at most `longest` samples as a bench: each lane begins `lead` samples before its segment,
+    so that what has a memory remembers when the first sample counts, and all have the same number of samples.
 
     Friction may wander only where it was recorded: from the motion alone, a level and a slope for every lane
     are as good as any effect.
     """
-    lead = length(problem) // LEAD
     led = [dataclasses.replace(segment, first=max(segment.first - lead, 0)) for segment in segments]
     samples = max(segment.last - segment.first for segment in led)
     rig, force = problem.dataset.rig, problem.scale.force
-    beyond = max(0, length(problem) + lead - samples)
+    beyond = max(0, longest + lead - samples)
     lanes = tempered(lay_out(problem.chosen, led, rig, force, substeps, beyond=beyond))
     before = np.array([[own.first - long.first] for own, long in zip(segments, led, strict=True)])
     counts = np.arange(samples + beyond) >= before
@@ -147,26 +157,95 @@ def _tempered(samples: np.ndarray, weight: np.ndarray) -> np.ndarray:
 
 
 def ground(problem: Problem, model: Model, settings: Settings, progress: Progress) -> Ground:
-    """The nominal model, sought from several points on the shortest segments and fitted to segments of about
-    one natural period, with the rig's properties free within their tolerance."""
-    segments, phases = cut_in_step(problem.chosen, length(problem))
+    """The nominal model, sought from several points on the shortest segments, where a misfit has hardly any
+    local minima, and fitted to segments of about one natural period."""
+    samples = length(problem)
+    segments, phases = cut_in_step(problem.chosen, samples)
     short = [part for segment in segments for part in divided(segment, UNITS)]
-    here = stage(problem, 1, short, problem.opening["k1"], settings)
-    descent = descend_from(here, beginnings(problem, settings), settings, progress)
-    points = descent.coordinates[np.argsort(descent.loss)[:FINALISTS]]
-    rough = finish(here, points, progress)
-    first = [chain[0] for chain in chains(short, segments)]
-    k1 = problem.unknowns.values(rough.coordinates)["k1"]
-    longer = stage(problem, UNITS, segments, k1, settings)
-    found = refine(longer, rough.coordinates, rough.starts[first], progress)
-    constants = problem.unknowns.values(found.coordinates)
-    wanted = steps(problem, UNITS, constants["k1"], settings)
-    bench = lay(problem, segments, phases, wanted)
+    begin = _beginnings(problem, settings)
+
+    def fine(group: int, points: Sequence[np.ndarray]) -> int:
+        stiffest = max(problem.unknowns.values(coordinates)["k1"] for coordinates in points)
+        return steps(problem, group, stiffest, settings)
+
+    some = lay(problem, short, [-1] * len(short), fine(1, list(begin)), samples // UNITS + 1, 0).coarser()
+    few, more = (
+        some.take(np.unique(np.linspace(0, len(short) - 1, lanes).round().astype(int)))
+        for lanes in (FEW, MORE)
+    )
+    constants = model.index(*model.constants)
+    points = [_at_rest(model, few, coordinates) for coordinates in begin]
+    progress.stage("nominal model", SEARCH + REFINED)
+    rough = refit(
+        model,
+        few,
+        points,
+        [constants] * len(points),
+        iterations=SEARCH,
+        wander=False,
+        progress=lambda: progress.advance(),
+    )
+    rough = sorted(rough, key=lambda fit: fit.misfit)[:FINALISTS]
+    points = [_at_rest(model, more, fit.point.coordinates[constants]) for fit in rough]
+    found = refit(model, more, points, [constants] * len(points), wander=False)
+    best = [fit.point.coordinates[constants] for fit in found]
+    bench = lay(problem, segments, phases, fine(UNITS, best), samples, samples // LEAD)
+    points = [_at_rest(model, bench, coordinates) for coordinates in best]
+    points = [dataclasses.replace(point, own=settled(model, bench, point)[0]) for point in points]
+    fits = refit(
+        model,
+        bench,
+        points,
+        [constants] * len(points),
+        iterations=REFINED,
+        wander=False,
+        hopeless=HOPELESS,
+        progress=lambda: progress.advance(),
+    )
+    fit = min(fits, key=lambda fit: fit.misfit)
     widths = np.full(OWN - START, WANDER if bench.wanders else LEAST)
-    own = np.asarray(bench.lanes.start)
-    point = Point((), model.origin(constants), np.zeros(bench.runs), own, widths)
-    own, _ = settled(model, bench, point)
-    return Ground(tuple(segments), bench, dataclasses.replace(point, own=own))
+    return Ground(tuple(segments), bench, dataclasses.replace(fit.point, widths=widths))
+
+
+def _beginnings(problem: Problem, settings: Settings) -> np.ndarray:
+    """Where the search begins: contacts that are read off are often far too soft, for a record shows how one
+    gives way only while it sticks, so that stiffer ones are tried beside them."""
+    points = beginnings(problem, settings)
+    place = problem.unknowns.names.index("k1")
+    values = problem.unknowns.members[place].to_value(points[:, place])
+    out = []
+    for factor in STIFFER:
+        other = points.copy()
+        other[:, place] = problem.unknowns.members[place].to_coordinate(factor * values)
+        out.append(np.clip(other, problem.unknowns.lower, problem.unknowns.upper))
+    return np.concatenate(out)
+
+
+def _at_rest(model: Model, bench: Bench, constants: np.ndarray) -> Point:
+    """The nominal model with these constants (coordinates), lanes starting as recorded, friction not
+    wandering."""
+    coordinates = model.origin({})
+    coordinates[model.index(*model.constants)] = constants
+    widths = np.full(OWN - START, LEAST)
+    return Point((), coordinates, np.zeros(bench.runs), np.asarray(bench.lanes.start), widths)
+
+
+def resolved(model: Model, bench: Bench, point: Point) -> Bench:
+    """The bench with no more integration steps than residuals can tell: half or a quarter as many where, in
+    nearly all lanes, that changes residuals by less than `TOLERANCE` standard deviations of the noise."""
+    none = np.full((len(bench.lanes), COLUMNS), -1)
+    finest, *others = (
+        (one, model.columns([job(one, point, none)])[0].residual[:, :-OWN])
+        for one in (bench, bench.coarser(), bench.coarser().coarser())
+    )
+    counted = np.maximum(bench.lanes.counted(), 1)
+    found = finest[0]
+    for one, residual in others:
+        error = np.sqrt(((residual - finest[1]) ** 2).sum(1) / counted)
+        if not np.quantile(error, NEARLY_ALL) < TOLERANCE:
+            break
+        found = one
+    return found
 
 
 def nuisances(model: Model) -> np.ndarray:

@@ -8,18 +8,21 @@ then tried on the one chosen.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
 from fitting.diagnosis.base import Ground, nuisances
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Point, Refit, refit
+from fitting.diagnosis.refit import Bench, Point, Refit, refit
 from fitting.problem import Problem
 from jaxstick.parts.contact import AbstractContact
 from jaxstick.parts.gradual import ElastoPlasticContact, IwanContact, LuGreContact
 
 PREFERRED = 0.6
-"""Another contact is taken only if lanes cost less than this share of what they do, on the mean."""
+"""Another contact is taken only if lanes cost less than this share of what they do, on the mean;"""
+PREFERRED_WIDER = 0.85
+"""or this one, if the paper's is a case of it."""
 STEPS = 8
 
 
@@ -44,15 +47,20 @@ def gradual_contacts(k1: float) -> dict[str, AbstractContact]:
     }
 
 
+def concerns_contact(model: Model, keys: Sequence[str]) -> bool:
+    """Whether one of these effects changes the contact itself."""
+    nominal = model.nominal
+    return any(model.effect(key).attach(nominal).contact is not nominal.contact for key in keys)
+
+
 def choose_contact(
-    problem: Problem, model: Model, ground: Ground, fitted: np.ndarray, nominal: Refit, workers: int
+    problem: Problem, model: Model, ground: Ground, bench: Bench, nominal: Refit, workers: int
 ) -> Chosen:
-    """The contact that the records ask for, judged on the lanes that take part in the fit, beginning at the
+    """The contact that the records ask for, judged on a bench of it, beginning at the
     nominal model's refit: by the mean ratio of the lanes' costs, which a few lost lanes do not decide."""
-    bench = ground.bench.take(fitted).coarser()
     parts = problem.hypothesis.nominal
     (paper,) = refit(model, bench, [nominal.point], [nuisances(model)], iterations=STEPS)
-    best, least = Chosen(problem, model, ground, None, 1.0), PREFERRED
+    best, least = Chosen(problem, model, ground, None, 1.0), 1.0
     for words, contact in gradual_contacts(float(np.asarray(parts.contact.k1))).items():
         hypothesis = dataclasses.replace(
             problem.hypothesis, nominal=dataclasses.replace(parts, contact=contact)
@@ -61,7 +69,8 @@ def choose_contact(
         its = Model(other, workers)
         (found,) = refit(its, bench, [carried(paper.point, model, its)], [nuisances(its)], iterations=STEPS)
         ratio = float(np.exp(np.mean(np.log(found.cost / paper.cost))))
-        if ratio < least:
+        preferred = PREFERRED_WIDER if isinstance(contact, IwanContact) else PREFERRED
+        if ratio < min(least, preferred):
             point = dataclasses.replace(found.point, own=ground.point.own, widths=ground.point.widths)
             moved = dataclasses.replace(ground, point=point)
             best, least = Chosen(other, its, moved, words, ratio), ratio

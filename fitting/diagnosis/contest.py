@@ -18,7 +18,7 @@ STARTS = (0.7, 3.0)
 """Refits begin at these shares of the change that the linearised model expects; once more with another
 shape."""
 THIN = 3
-"""Starts compete on one lane in so many, with coarser steps, for `HEAT` steps."""
+"""Starts compete on one lane in so many, for `HEAT` steps."""
 HEAT = 8
 SETTLE = 3
 HOPELESS = 2.0
@@ -49,7 +49,7 @@ def contest(
     many as `finalists`, are fitted to all of them.
     """
     few = np.arange(0, len(bench.lanes), THIN)
-    heat = bench.take(few).coarser()
+    heat = bench.take(few)
     points, frees, owners = [], [], []
     for promise in promises:
         free = np.concatenate([base.free, model.of(promise.key)])[: COLUMNS - 1]

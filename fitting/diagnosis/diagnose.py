@@ -12,9 +12,9 @@ import numpy as np
 from fitting.account import joined
 from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution, attribute
-from fitting.diagnosis.base import Ground, ground
+from fitting.diagnosis.base import Ground, ground, resolved
 from fitting.diagnosis.confidence import deviations
-from fitting.diagnosis.contacts import Chosen, choose_contact
+from fitting.diagnosis.contacts import Chosen, choose_contact, concerns_contact
 from fitting.diagnosis.contest import Explanation
 from fitting.diagnosis.detection import detection_limit
 from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter, Trace
@@ -24,7 +24,7 @@ from fitting.diagnosis.refit import Bench, Point, Refit, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import Split, check_hold_out, closure, part, share_closed, split
-from fitting.diagnosis.survey import survey
+from fitting.diagnosis.survey import Survey, survey
 from fitting.diagnosis.words import advice, notes, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
@@ -62,14 +62,12 @@ def diagnose(
     model = Model(problem, settings.workers)
     base = ground(problem, model, fitting, progress)
     held = split(problem, base.bench, held_out)
-    bench = base.bench.take(held.fitted)
+    bench = resolved(model, base.bench.take(held.fitted), part(base.point, held.fitted))
     seen = survey(model, bench, part(base.point, held.fitted), progress)
     chosen = Chosen(problem, model, base, None, 1.0)
-    if not seen.suffices:
-        chosen = choose_contact(problem, model, base, held.fitted, seen.nominal, settings.workers)
+    if not seen.suffices or concerns_contact(model, seen.found[0].keys):
+        chosen, seen = _on_another_contact(chosen, bench, seen, held, settings.workers, progress)
         problem, model, base = chosen.problem, chosen.model, chosen.ground
-    if chosen.words is not None:
-        seen = survey(model, bench, part(base.point, held.fitted), progress)
     found = attribute(model, bench, seen, progress)
     named = _named(found)
     progress.stage("how far the gap shrinks", 3)
@@ -116,6 +114,19 @@ def diagnose(
         seconds=time.perf_counter() - begun,
         correction=correction,
     )
+
+
+def _on_another_contact(
+    paper: Chosen, bench: Bench, seen: Survey, held: Split, workers: int, progress: Progress
+) -> tuple[Chosen, Survey]:
+    """The contact that the records ask for, and the survey on it; the paper's contact where another explains
+    no more. Where an effect suffices, another contact must do without any what that effect does."""
+    other = choose_contact(paper.problem, paper.model, paper.ground, bench, seen.nominal, workers)
+    if other.words is None:
+        return paper, seen
+    again = survey(other.model, bench, part(other.ground.point, held.fitted), progress)
+    explains = again.nominal.misfit if seen.suffices else again.least
+    return (other, again) if explains < seen.least else (paper, seen)
 
 
 def _named(found: Attribution) -> Explanation | None:

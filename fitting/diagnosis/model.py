@@ -4,9 +4,8 @@ may be free: one compiled program for a whole group of effects."""
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
@@ -16,20 +15,24 @@ import numpy as np
 from jaxtyping import Array
 
 from fitting.diagnosis.wander import OWN, START, wandering
-from fitting.lanes import Lanes, lane_motion, lane_oscillator, lane_residual
+from fitting.lanes import Lanes, Pace, lane_motion, lane_oscillator, lane_residual
 from fitting.problem import Problem, natural_size
 from fitting.unknowns import Chart, Unknown
 from jaxstick.catalogue import catalogue
-from jaxstick.compiled import OPTIONS
+from jaxstick.compiled import QUICKLY
 from jaxstick.effect import AbstractEffect
 from jaxstick.hypothesis import Hypothesis, effects_at_null
 from jaxstick.parameter import Place, parameters
 from jaxstick.simulate import Trajectory
+from jaxstick.traced import traced
 
-GROUP = 12
+GROUP = 8
+"""So many effects at most share a program: the more, the fewer programs, and the longer each takes to run."""
 COLUMNS = 15
 """How many unknowns the program takes derivatives for at once, besides what a lane has of its own."""
-PACK = 64
+PACK = 48
+ROOMS = (256, 1024)
+"""Programs are compiled for lanes of so many samples, of which they compute as many as there are."""
 FAR = 40.0
 STRENGTH_FREEDOM = 10.0
 SHAPE_FREEDOM = 1.5
@@ -73,6 +76,22 @@ class Job(NamedTuple):
     coordinates: np.ndarray
     own: np.ndarray
     chosen: np.ndarray
+
+
+class Pack(NamedTuple):
+    """What a program is run on: lanes with room, its pace, and for every lane coordinates, what it has of its
+    own, and the places among the coordinates of what it is differentiated by."""
+
+    lanes: Lanes
+    pace: Pace
+    coordinates: Any
+    own: Any
+    chosen: Any
+
+
+Rows = Callable[[int, int], np.ndarray]
+"""Which rows count, given how many samples lanes have and for how many there is room."""
+_LAST = np.arange(-OWN, 0)
 
 
 class Model:
@@ -131,6 +150,10 @@ class Model:
         wanted = {*keys, *more}
         return tuple(key for group in self.groups() if wanted & set(group) for key in group)
 
+    def effect(self, key: str) -> AbstractEffect:
+        """An effect of the shelf at null."""
+        return self._effects[key]
+
     def index(self, *names: str) -> np.ndarray:
         """The places of unknowns among the coordinates."""
         return np.array([self.names.index(name) for name in names], int)
@@ -169,14 +192,19 @@ class Model:
 
     def columns(self, jobs: Sequence[Job]) -> list[Columns]:
         """Residuals and derivatives of several jobs, all their packs shared among the cores."""
-        return [Columns(*parts) for parts in self._in_packs(_columns, jobs)]
+
+        def rows(reach: int, room: int) -> np.ndarray:
+            return np.concatenate([channel * room + np.arange(reach) for channel in (0, 1)] + [_LAST])
+
+        return [Columns(*parts) for parts in self._in_packs(_columns, jobs, rows)]
 
     def predict(
         self, keys: tuple[str, ...], lanes: Lanes, coordinates: np.ndarray, own: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Displacement and friction as read, true velocity and friction of every lane, (lanes, samples)."""
         none = np.full((len(lanes), COLUMNS), -1)
-        ((x, f, v, force),) = self._in_packs(_predict, [Job(keys, lanes, coordinates, own, none)])
+        jobs = [Job(keys, lanes, coordinates, own, none)]
+        ((x, f, v, force),) = self._in_packs(_predict, jobs, lambda reach, room: np.arange(reach))
         return x, f, v, force
 
     def at(self, coordinates: np.ndarray, keys: tuple[str, ...]) -> Hypothesis:
@@ -199,7 +227,8 @@ class Model:
         )
         return hypothesis, chart, np.array([*own, self.level])
 
-    def _in_packs(self, program: Any, jobs: Sequence[Job]) -> list[list[np.ndarray]]:
+    def _in_packs(self, program: Any, jobs: Sequence[Job], rows: Rows) -> list[list[np.ndarray]]:
+        """What a program gives for the lanes of every job, arrays (lanes, rows, ..) of the rows that count."""
         tasks = [(n, first) for n, job in enumerate(jobs) for first in range(0, len(job.lanes), PACK)]
         attached = {job.keys: self._attached(job.keys) for job in jobs}
 
@@ -208,19 +237,20 @@ class Model:
             hypothesis, chart, own = attached[job.keys]
             place = np.full(len(self.members) + 2, -1)
             place[own] = np.arange(len(own))
-            count = len(job.lanes)
+            count, reach = len(job.lanes), job.lanes.displacement.shape[1]
             index = np.minimum(np.arange(first, first + PACK), count - 1)
+            room = next(room for room in ROOMS if room >= reach)
+            lanes = dataclasses.replace(job.lanes.take(index).with_room(room), substeps=1)
+            pack = Pack(
+                lanes,
+                Pace(job.lanes.substeps, reach),
+                job.coordinates[np.ix_(index, own)],
+                job.own[index],
+                place[job.chosen[index]],
+            )
             with jax.enable_x64(True):
-                out = program(
-                    hypothesis,
-                    chart,
-                    dataclasses.replace(job.lanes.take(index), substeps=1),
-                    job.lanes.substeps,
-                    job.coordinates[np.ix_(index, own)],
-                    job.own[index],
-                    place[job.chosen[index]],
-                )
-            return tuple(np.asarray(leaf)[: count - first] for leaf in out)
+                out = program(hypothesis, chart, pack)
+            return tuple(np.asarray(leaf)[: count - first, rows(reach, room)] for leaf in out)
 
         with ThreadPoolExecutor(self.workers) as pool:
             packs = list(pool.map(run, tasks))
@@ -296,51 +326,33 @@ def _in_coordinates(unknown: Unknown) -> float:
 
 
 def _motion(
-    hypothesis: Hypothesis, chart: Chart, lane: Lanes, substeps: Array, coordinates: Array, own: Array
+    hypothesis: Hypothesis, chart: Chart, lane: Lanes, pace: Pace, coordinates: Array, own: Array
 ) -> Trajectory:
     """The motion along a lane, its friction wandering around the run's level, the last coordinate."""
     oscillator = lane_oscillator(chart.insert(hypothesis, coordinates[:-1]), lane)
     oscillator = wandering(oscillator, lane, coordinates[-1] + own[START], own[START + 1])
-    return lane_motion(oscillator, lane, own[:START], substeps)
+    return lane_motion(oscillator, lane, own[:START], pace)
 
 
-@functools.partial(jax.jit, compiler_options=OPTIONS)
-def _columns(
-    hypothesis: Hypothesis,
-    chart: Chart,
-    lanes: Lanes,
-    substeps: Array,
-    coordinates: Array,
-    owns: Array,
-    chosen: Array,
-) -> tuple[Array, Array]:
+@traced(QUICKLY)
+def _columns(hypothesis: Hypothesis, chart: Chart, pack: Pack) -> tuple[Array, Array]:
     def one(lane: Lanes, point: Array, own: Array, wanted: Array) -> tuple[Array, Array]:
         def residual(step: Array) -> tuple[Array, Array]:
             moved = point.at[wanted].add(jnp.where(wanted >= 0, step[:COLUMNS], 0.0))
             mine = own + step[COLUMNS:]
-            value = lane_residual(lane, _motion(hypothesis, chart, lane, substeps, moved, mine), mine)
+            value = lane_residual(lane, _motion(hypothesis, chart, lane, pack.pace, moved, mine), mine)
             return value, value
 
         jacobian, value = jax.jacfwd(residual, has_aux=True)(jnp.zeros(COLUMNS + OWN))
         return value, jacobian
 
-    return jax.vmap(one)(lanes, coordinates, owns, chosen)
+    return jax.vmap(one)(pack.lanes, pack.coordinates, pack.own, pack.chosen)
 
 
-@functools.partial(jax.jit, compiler_options=OPTIONS)
-def _predict(
-    hypothesis: Hypothesis,
-    chart: Chart,
-    lanes: Lanes,
-    substeps: Array,
-    coordinates: Array,
-    owns: Array,
-    chosen: Array,
-) -> tuple[Array, Array, Array, Array]:
-    del chosen
-
+@traced(QUICKLY)
+def _predict(hypothesis: Hypothesis, chart: Chart, pack: Pack) -> tuple[Array, Array, Array, Array]:
     def one(lane: Lanes, point: Array, own: Array) -> tuple[Array, Array, Array, Array]:
-        motion = _motion(hypothesis, chart, lane, substeps, point, own)
+        motion = _motion(hypothesis, chart, lane, pack.pace, point, own)
         return motion.displacement, motion.friction, motion.v, motion.force
 
-    return jax.vmap(one)(lanes, coordinates, owns)
+    return jax.vmap(one)(pack.lanes, pack.coordinates, pack.own)

@@ -40,6 +40,11 @@ class Survey:
     floor: float
 
     @property
+    def least(self) -> float:
+        """The lowest misfit there is."""
+        return min(self.nominal.misfit, self.found[0].refit.misfit)
+
+    @property
     def suffices(self) -> bool:
         """Whether one effect, or none, leaves next to nothing."""
         return suffices(self.nominal.misfit / self.floor, self.found[0].refit.misfit / self.floor)

@@ -123,6 +123,25 @@ class RecordedDrive(AbstractDrive):
     def extent(self) -> Extent:
         return extent_of(self.base, self.force) if self.whole is None else self.whole
 
+    def continued(self, pieces: int) -> Self:
+        """The same drive with so many pieces: the last cubic is written out as often as there is room. For
+        numpy arrays, `base` and `force` with any leading axes, `interval` with the same."""
+
+        def whole(part: Array | np.ndarray) -> np.ndarray:
+            part = np.asarray(part)
+            more = np.arange(1, pieces - part.shape[-2] + 1)
+            shift = more * np.asarray(self.interval)[..., None]
+            cubic, square, slope, level = (part[..., -1, n, None] for n in range(4))
+            coefficients = (
+                cubic + 0 * shift,
+                square + 3 * cubic * shift,
+                slope + (2 * square + 3 * cubic * shift) * shift,
+                level + (slope + (square + cubic * shift) * shift) * shift,
+            )
+            return np.concatenate([part, np.stack(coefficients, axis=-1)], axis=-2)
+
+        return eqx.tree_at(lambda d: (d.base, d.force), self, (whole(self.base), whole(self.force)))
+
 
 def extent_of(
     base: Float[Array | np.ndarray, "pieces 4"], force: Float[Array | np.ndarray, "pieces 4"]

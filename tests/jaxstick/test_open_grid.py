@@ -24,23 +24,27 @@ def _moved(grid: Grid | OpenGrid, C: jax.Array) -> jax.Array:
 
 @pytest.mark.parametrize("substeps", [1, 2, 7])
 def test_motion_and_forward_derivative_are_those_of_a_fixed_grid(substeps: int):
-    open_grid = OpenGrid(0.0, INTERVAL, jnp.asarray(substeps), SAMPLES)
+    open_grid = OpenGrid(0.0, INTERVAL, jnp.asarray(substeps), jnp.asarray(SAMPLES), SAMPLES + 40)
     fixed = Grid(0.0, INTERVAL, SAMPLES, substeps)
     for differentiate in (lambda f: f, jax.jacfwd):
         found = differentiate(lambda C: _moved(open_grid, C))(jnp.asarray(6.0))
         wanted = differentiate(lambda C: _moved(fixed, C))(jnp.asarray(6.0))
         assert np.abs(wanted).max() > 0.1
-        np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(found[:, :SAMPLES], wanted, rtol=1e-9, atol=1e-9)
+        assert not found[:, SAMPLES:].any()
 
 
-def test_one_program_serves_every_step():
+def test_one_program_serves_every_step_and_any_number_of_samples():
     traced = []
 
     @jax.jit
-    def moved(steps: jax.Array) -> jax.Array:
+    def moved(steps: jax.Array, reach: jax.Array) -> jax.Array:
         traced.append(steps)
-        return _moved(OpenGrid(0.0, INTERVAL, steps, SAMPLES), jnp.asarray(6.0))
+        return _moved(OpenGrid(0.0, INTERVAL, steps, reach, SAMPLES), jnp.asarray(6.0))
 
-    coarse, fine = (moved(jnp.asarray(steps)) for steps in (4, 16))
+    coarse, fine, short = (
+        moved(jnp.asarray(n), jnp.asarray(m)) for n, m in ((4, SAMPLES), (16, SAMPLES), (16, 50))
+    )
     assert len(traced) == 1
     assert 0 < np.abs(coarse - fine).max() < 0.2
+    np.testing.assert_array_equal(short[:, :50], fine[:, :50])

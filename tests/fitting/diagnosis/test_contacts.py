@@ -49,8 +49,7 @@ def looked_at(contact: AbstractContact | None) -> tuple[Model, Ground, Refit, Ch
     model = Model(problem, settings.workers)
     base = ground(problem, model, settings, Silent())
     (nominal,) = refit(model, base.bench, [base.point], [nuisances(model)])
-    every = np.arange(len(base.bench.lanes))
-    return model, base, nominal, choose_contact(problem, model, base, every, nominal, settings.workers)
+    return model, base, nominal, choose_contact(problem, model, base, base.bench, nominal, settings.workers)
 
 
 @pytest.mark.parametrize(
