@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import equinox as eqx
+import jax
+import jax.numpy as jnp
 
 from jaxstick.parts.contact import AbstractContact, AbstractFlowingContact, Approach, Passage, Traction
 from jaxstick.parts.drive import AbstractDrive, Excitation
@@ -105,13 +107,14 @@ class Oscillator(eqx.Module):
         inertia = self.rig.inertia()
         free = self.rig.force(rig, motion) / inertia - surface.acceleration
 
-        def after(span: float) -> Scalar:
+        def after(span: Scalar) -> Scalar:
             gain = span * (motion.a - surface.acceleration)
             slide = span * (motion.slide_rate + gain / 2)
             passage = Passage(span, slide, motion.slide_rate + gain, free, inertia)
             return self.contact.grip(contact, passage, traction).friction
 
-        return (after(2 * PROBE) - after(PROBE)) / PROBE
+        once, twice = jax.vmap(after)(PROBE * jnp.array([1.0, 2.0]))
+        return (twice - once) / PROBE
 
     def acceleration(self, t: Scalar, state: State) -> Scalar:
         """The acceleration of the mass [m/s^2] in this state."""

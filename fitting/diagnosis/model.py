@@ -228,7 +228,7 @@ class Model:
         return hypothesis, chart, np.array([*own, self.level])
 
     def _in_packs(self, program: Any, jobs: Sequence[Job], rows: Rows) -> list[list[np.ndarray]]:
-        """What a program gives for the lanes of every job, arrays (lanes, rows, ..) of the rows that count."""
+        """What a program gives for the lanes of every job: arrays (lanes, rows, ..), rows that count."""
         tasks = [(n, first) for n, job in enumerate(jobs) for first in range(0, len(job.lanes), PACK)]
         attached = {job.keys: self._attached(job.keys) for job in jobs}
 
