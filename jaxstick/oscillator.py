@@ -113,8 +113,8 @@ class Oscillator(eqx.Module):
             passage = Passage(span, slide, motion.slide_rate + gain, free, inertia)
             return self.contact.grip(contact, passage, traction).friction
 
-        once, twice = jax.vmap(after)(PROBE * jnp.array([1.0, 2.0]))
-        return (twice - once) / PROBE
+        forces = jnp.asarray(jax.vmap(after)(PROBE * jnp.array([1.0, 2.0])))
+        return (forces[1] - forces[0]) / PROBE
 
     def acceleration(self, t: Scalar, state: State) -> Scalar:
         """The acceleration of the mass [m/s^2] in this state."""

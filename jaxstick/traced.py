@@ -28,7 +28,8 @@ class Traced:
     """A function of trees of numpy arrays under `jax.jit`, traced at most once for every code, structure and
     shapes where jax keeps compiled programs, and once in every process where it does not.
 
-    A file that cannot be read is no program; one that cannot be written is done without.
+    The function's module and name stand for what it does, so it must not depend on anything else than its
+    arguments. A file that cannot be read is no program; one that cannot be written is done without.
     """
 
     def __init__(self, function: Callable[..., Any], options: Mapping[str, Any]) -> None:

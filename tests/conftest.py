@@ -1,9 +1,11 @@
-"""Strict numerics for every test: float64, no silent rank or type promotion, warnings are errors."""
+"""Strict numerics for every test: float64, no silent rank or type promotion, warnings are errors; and compiled
+programs shared by the processes of one session."""
 
 from __future__ import annotations
 
 import contextlib
 import os
+import tempfile
 
 import hypothesis
 import jax
@@ -17,14 +19,27 @@ hypothesis.settings.register_profile(
 )
 
 SESSION = contextlib.ExitStack()
+CACHE = "JAX_COMPILATION_CACHE_DIR"
+LEAST_SECONDS = "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Before the test files are read, so that the arrays they make at the top are float64 too."""
     hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "dev")
+    _share_programs()
     SESSION.enter_context(float64())
     SESSION.enter_context(jax.numpy_rank_promotion("raise"))
     SESSION.enter_context(jax.numpy_dtype_promotion("strict"))
+
+
+def _share_programs() -> None:
+    """One folder for a session: the first process makes it, those that it starts find it in their
+    environment."""
+    if CACHE not in os.environ:
+        os.environ[CACHE] = SESSION.enter_context(tempfile.TemporaryDirectory(prefix="jaxstick-programs-"))
+        os.environ.setdefault(LEAST_SECONDS, "0.5")
+    jax.config.update(CACHE.lower(), os.environ[CACHE])
+    jax.config.update(LEAST_SECONDS.lower(), float(os.environ.get(LEAST_SECONDS, "0.5")))
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
