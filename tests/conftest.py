@@ -1,5 +1,5 @@
-"""Strict numerics for every test: float64, no silent rank or type promotion, warnings are errors; and compiled
-programs shared by the processes of one session."""
+"""Strict numerics for every test: float64, no silent rank or type promotion, warnings are errors; compiled
+programs are shared by the processes of one session."""
 
 from __future__ import annotations
 
