@@ -13,7 +13,7 @@ from fitting.diagnosis.refit import Bench, Refit, refit
 from fitting.diagnosis.release import borrowed
 from fitting.diagnosis.repeatability import floor_of, wanders
 from fitting.diagnosis.screen import Screen, Shapes, screen
-from fitting.diagnosis.survey import FINALISTS, Survey, freed
+from fitting.diagnosis.survey import FINALISTS, Survey, aliases, freed
 from fitting.diagnosis.wander import LEAST, OWN, START
 from fitting.progress import Progress
 
@@ -23,8 +23,6 @@ LEADERS = 2
 RIVAL = 2.0
 """Pairs are sought with the best effect, and with the second best where it leaves less than so many times as
 much."""
-SAME = 0.9
-"""Aliases are the same to records in which the cosine between their traces is larger."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,22 +72,9 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
         float(bench.dof().sum()),
         inflation,
         list(model.shelf.effects),
-        _aliases(model, first),
+        aliases(model, first),
     )
     return Attribution(nominal, tuple(found), first, judgement, inflation, floor)
-
-
-def _aliases(model: Model, seen: Screen) -> dict[str, list[str]]:
-    """The effects that leave the same trace as another in these very records."""
-    traces = [set(model.shelf.effects[key].traces) for key in seen.keys]
-    return {
-        key: [
-            other
-            for there, other in enumerate(seen.keys)
-            if here != there and traces[here] & traces[there] and seen.cosine[here, there] > SAME
-        ]
-        for here, key in enumerate(seen.keys)
-    }
 
 
 def _with_still_friction(

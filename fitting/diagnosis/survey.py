@@ -29,6 +29,10 @@ NEAR = 0.95
 for that one can do no better than what contains it."""
 
 
+SAME = 0.9
+"""Aliases are the same to records in which the cosine between their traces is larger."""
+
+
 @dataclasses.dataclass(frozen=True)
 class Survey:
     """The nominal model's refit, the screening there, single effects refitted (best first), and the misfit
@@ -58,7 +62,7 @@ def survey(model: Model, bench: Bench, point: Point, progress: Progress) -> Surv
     progress.advance(f"chi2 per sample {nominal.misfit:.4g}")
     first = screen(model, bench, nominal)
     progress.advance(f"{len(first.keys)} effects")
-    promises = _short_list(first.promises)
+    promises = _short_list(model, first)
     found = freed(model, bench, contest(model, bench, nominal, promises, FINALISTS, progress))
     floor = floor_of(model, bench, [nominal, found[0].refit])
     return Survey(nominal, first, tuple(found), floor)
@@ -82,10 +86,26 @@ def freed(model: Model, bench: Bench, explanations: Sequence[Explanation]) -> li
     return sorted(found, key=lambda e: e.refit.misfit)
 
 
-def _short_list(promises: Sequence[Promise]) -> list[Promise]:
-    """The promises that are worth a refit."""
-    return [
-        promise
-        for place, promise in enumerate(promises[:SHORT_LIST])
+def aliases(model: Model, seen: Screen) -> dict[str, list[str]]:
+    """The effects that leave the same trace as another in these very records."""
+    traces = [set(model.shelf.effects[key].traces) for key in seen.keys]
+    return {
+        key: [
+            other
+            for there, other in enumerate(seen.keys)
+            if here != there and traces[here] & traces[there] and seen.cosine[here, there] > SAME
+        ]
+        for here, key in enumerate(seen.keys)
+    }
+
+
+def _short_list(model: Model, seen: Screen) -> list[Promise]:
+    """The promises that are worth a refit, each with its aliases."""
+    chosen = [
+        promise.key
+        for place, promise in enumerate(seen.promises[:SHORT_LIST])
         if place < SHORTEST_LIST or promise.score > PROMISING * max(promise.inflation, 1.0)
     ]
+    same = aliases(model, seen)
+    wanted = {*chosen, *(other for key in chosen for other in same[key])}
+    return [promise for promise in seen.promises if promise.key in wanted]
