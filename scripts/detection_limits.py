@@ -14,8 +14,8 @@ from pathlib import Path
 import click
 import numpy as np
 
-from fitting.diagnosis.base import ground, nuisances
 from fitting.diagnosis.detection import detection_limit
+from fitting.diagnosis.ground import ground
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import refit
 from fitting.diagnosis.release import released
@@ -47,7 +47,7 @@ def rows(folder: Path) -> list[tuple[str, ...]]:
     problem = pose(load_dataset(folder), settings)
     model = Model(problem, settings.workers)
     base = ground(problem, model, settings, Silent())
-    (nominal,) = refit(model, base.bench, [base.point], [nuisances(model)])
+    (nominal,) = refit(model, base.bench, [base.point], [model.nuisances()])
     nominal = released(model, base.bench, nominal)
     seen = screen(model, base.bench, nominal, shapes=[])
     inflation = float(np.median([promise.inflation for promise in seen.promises]))

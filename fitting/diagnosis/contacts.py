@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.diagnosis.base import Ground, nuisances
+from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point, Refit, refit
 from fitting.problem import Problem
@@ -59,7 +59,7 @@ def choose_contact(
     """The contact that the records ask for, judged on a bench of it, beginning at the
     nominal model's refit: by the mean ratio of the lanes' costs, which a few lost lanes do not decide."""
     parts = problem.hypothesis.nominal
-    (paper,) = refit(model, bench, [nominal.point], [nuisances(model)], iterations=STEPS)
+    (paper,) = refit(model, bench, [nominal.point], [model.nuisances()], iterations=STEPS)
     best, least = Chosen(problem, model, ground, None, 1.0), 1.0
     for words, contact in gradual_contacts(float(np.asarray(parts.contact.k1))).items():
         hypothesis = dataclasses.replace(
@@ -67,7 +67,7 @@ def choose_contact(
         )
         other = dataclasses.replace(problem, hypothesis=hypothesis)
         its = Model(other, workers)
-        (found,) = refit(its, bench, [carried(paper.point, model, its)], [nuisances(its)], iterations=STEPS)
+        (found,) = refit(its, bench, [carried(paper.point, model, its)], [its.nuisances()], iterations=STEPS)
         ratio = float(np.exp(np.mean(np.log(found.cost / paper.cost))))
         preferred = PREFERRED_WIDER if isinstance(contact, IwanContact) else PREFERRED
         if ratio < min(least, preferred):

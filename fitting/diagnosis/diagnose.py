@@ -12,12 +12,12 @@ import numpy as np
 from fitting.account import joined
 from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution, attribute
-from fitting.diagnosis.base import Ground, ground, resolved
 from fitting.diagnosis.confidence import deviations
 from fitting.diagnosis.contacts import Chosen, choose_contact, concerns_contact
 from fitting.diagnosis.contest import Explanation
 from fitting.diagnosis.detection import detection_limit
 from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter, Trace
+from fitting.diagnosis.ground import Ground, ground, resolved
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point, Refit, refit

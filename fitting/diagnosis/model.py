@@ -158,6 +158,10 @@ class Model:
         """The places of unknowns among the coordinates."""
         return np.array([self.names.index(name) for name in names], int)
 
+    def nuisances(self) -> np.ndarray:
+        """The places of what is free under every hypothesis."""
+        return self.index(*self.common)
+
     def free_effects(self, free: np.ndarray) -> tuple[str, ...]:
         """The effects that have a parameter among these unknowns."""
         names = {self.names[i].partition(".")[0] for i in free}

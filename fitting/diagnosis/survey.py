@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Sequence
 
-from fitting.diagnosis.base import nuisances
 from fitting.diagnosis.contest import Explanation, contest
 from fitting.diagnosis.judge import suffices
 from fitting.diagnosis.model import Model
@@ -57,7 +56,7 @@ class Survey:
 def survey(model: Model, bench: Bench, point: Point, progress: Progress) -> Survey:
     """Screens every effect on a bench, from the nominal model's point on, and refits the promising ones."""
     progress.stage("effects screened", 2)
-    (nominal,) = refit(model, bench, [point], [nuisances(model)])
+    (nominal,) = refit(model, bench, [point], [model.nuisances()])
     nominal = released(model, bench, nominal)
     progress.advance(f"chi2 per sample {nominal.misfit:.4g}")
     first = screen(model, bench, nominal)

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from fitting.diagnosis.attribute import Attribution
-from fitting.diagnosis.base import Ground
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.findings import Closure, Where
+from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.judge import Judgement
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench

@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from fitting.diagnosis.base import Ground, ground, nuisances
 from fitting.diagnosis.contacts import Chosen, carried, choose_contact
+from fitting.diagnosis.ground import Ground, ground
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
@@ -48,7 +48,7 @@ def looked_at(contact: AbstractContact | None) -> tuple[Model, Ground, Refit, Ch
     problem = pose(dataset(*runs, assumed=WRONG), settings)
     model = Model(problem, settings.workers)
     base = ground(problem, model, settings, Silent())
-    (nominal,) = refit(model, base.bench, [base.point], [nuisances(model)])
+    (nominal,) = refit(model, base.bench, [base.point], [model.nuisances()])
     return model, base, nominal, choose_contact(problem, model, base, base.bench, nominal, settings.workers)
 
 
@@ -62,7 +62,7 @@ def test_a_bristle_is_told_and_leaves_nothing_but_noise(contact, word):
     assert nominal.misfit > 2
     assert chosen.words is not None and word in chosen.words
     assert chosen.ratio < 0.6
-    (again,) = refit(chosen.model, base.bench, [chosen.ground.point], [nuisances(chosen.model)])
+    (again,) = refit(chosen.model, base.bench, [chosen.ground.point], [chosen.model.nuisances()])
     again = released(chosen.model, base.bench, again)
     assert again.misfit < 1.3
     found = chosen.model.values(again.point.coordinates, chosen.model.common)

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fitting.diagnosis.base import cut_in_step
+from fitting.diagnosis.laying import cut_in_step
 from fitting.diagnosis.repeatability import successive
 from fitting.signals import read_signals
 from jaxstick.record import KnownRig, Noise, Run

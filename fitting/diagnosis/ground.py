@@ -1,0 +1,143 @@
+"""The ground that every hypothesis is judged on: runs cut into lanes, the nominal model fitted to them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.diagnosis.laying import cut_in_step, divided, lay, length
+from fitting.diagnosis.model import COLUMNS, Model
+from fitting.diagnosis.refit import ITERATIONS, Bench, Point, Refit, job, refit
+from fitting.diagnosis.release import settled
+from fitting.diagnosis.wander import LEAST, OWN, START
+from fitting.problem import Problem, beginnings
+from fitting.progress import Progress, Silent
+from fitting.segments import Segment
+from fitting.settings import Settings
+from fitting.stage import steps
+
+UNITS = 4
+"""Lanes are this many shortest segments long."""
+LEAD = 4
+"""A lane begins one so-manieth of its length before its samples count."""
+FEW, MORE = 48, 192
+"""The search begins on so many of the shortest segments, spread evenly; its best points go on on more."""
+SEARCH, FINALISTS, REFINED = 25, 3, 15
+HOPELESS = 2.0
+STIFFER = (1.0, 20.0)
+"""The search begins with the contact stiffness that is read off, and with so many times as much."""
+TOLERANCE, NEARLY_ALL = 0.1, 0.9
+WANDER = 0.01
+"""How far friction is first taken to wander, as a share of itself."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Ground:
+    """Lanes of all runs, and the nominal model at what the search for its constants found."""
+
+    segments: tuple[Segment, ...]
+    bench: Bench
+    point: Point
+
+
+def ground(problem: Problem, model: Model, settings: Settings, progress: Progress) -> Ground:
+    """The nominal model, sought from several points on the shortest segments, where a misfit has hardly any
+    local minima, and fitted to segments of about one natural period."""
+    samples = length(problem)
+    segments, phases = cut_in_step(problem.chosen, samples)
+    short = [part for segment in segments for part in divided(segment, UNITS)]
+    begin = list(_beginnings(problem, settings))
+    finest = _steps(problem, 1, begin, settings)
+    shortest = lay(problem, short, [-1] * len(short), finest, samples // UNITS + 1, 0).coarser()
+    progress.stage("nominal model", SEARCH + REFINED)
+    rough = _fitted(model, _some(shortest, FEW), begin, progress, iterations=SEARCH)
+    found = _fitted(model, _some(shortest, MORE), _best(model, rough), Silent())
+    best = _best(model, found)
+    bench = lay(problem, segments, phases, _steps(problem, UNITS, best, settings), samples, samples // LEAD)
+    fits = _fitted(model, bench, best, progress, iterations=REFINED, settle=True)
+    fit = min(fits, key=lambda fit: fit.misfit)
+    widths = np.full(OWN - START, WANDER if bench.wanders else LEAST)
+    return Ground(tuple(segments), bench, dataclasses.replace(fit.point, widths=widths))
+
+
+def resolved(model: Model, bench: Bench, point: Point) -> Bench:
+    """The bench with no more integration steps than residuals can tell: half or a quarter as many where, in
+    nearly all lanes, that changes residuals by less than `TOLERANCE` standard deviations of the noise."""
+    none = np.full((len(bench.lanes), COLUMNS), -1)
+    finest, *others = (
+        (one, model.columns([job(one, point, none)])[0].residual[:, :-OWN])
+        for one in (bench, bench.coarser(), bench.coarser().coarser())
+    )
+    counted = np.maximum(bench.lanes.counted(), 1)
+    found = finest[0]
+    for one, residual in others:
+        error = np.sqrt(((residual - finest[1]) ** 2).sum(1) / counted)
+        if not np.quantile(error, NEARLY_ALL) < TOLERANCE:
+            break
+        found = one
+    return found
+
+
+def _beginnings(problem: Problem, settings: Settings) -> np.ndarray:
+    """Where the search begins: contacts that are read off are often far too soft, for a record shows how one
+    gives way only while it sticks, so that stiffer ones are tried beside them."""
+    points = beginnings(problem, settings)
+    place = problem.unknowns.names.index("k1")
+    values = problem.unknowns.members[place].to_value(points[:, place])
+    out = []
+    for factor in STIFFER:
+        other = points.copy()
+        other[:, place] = problem.unknowns.members[place].to_coordinate(factor * values)
+        out.append(np.clip(other, problem.unknowns.lower, problem.unknowns.upper))
+    return np.concatenate(out)
+
+
+def _steps(problem: Problem, group: int, points: Sequence[np.ndarray], settings: Settings) -> int:
+    """Integration steps a sample for segments of so many units and the stiffest contact of several points."""
+    stiffest = max(problem.unknowns.values(coordinates)["k1"] for coordinates in points)
+    return steps(problem, group, stiffest, settings)
+
+
+def _some(bench: Bench, lanes: int) -> Bench:
+    """So many lanes of a bench, spread evenly."""
+    return bench.take(np.unique(np.linspace(0, len(bench.lanes) - 1, lanes).round().astype(int)))
+
+
+def _best(model: Model, fits: Sequence[Refit]) -> list[np.ndarray]:
+    """The constants (coordinates) of the best fits."""
+    constants = model.index(*model.constants)
+    found = sorted(fits, key=lambda fit: fit.misfit)[:FINALISTS]
+    return [fit.point.coordinates[constants] for fit in found]
+
+
+def _fitted(
+    model: Model,
+    bench: Bench,
+    begin: Sequence[np.ndarray],
+    progress: Progress,
+    *,
+    iterations: int = ITERATIONS,
+    settle: bool = False,
+) -> list[Refit]:
+    """The constants fitted from several beginnings (coordinates), lanes starting as recorded, friction not
+    wandering; where `settle`, every lane's start is first fitted by itself."""
+    constants = model.index(*model.constants)
+    points = []
+    for values in begin:
+        coordinates = model.origin({})
+        coordinates[constants] = values
+        own, widths = np.asarray(bench.lanes.start), np.full(OWN - START, LEAST)
+        point = Point((), coordinates, np.zeros(bench.runs), own, widths)
+        points.append(dataclasses.replace(point, own=settled(model, bench, point)[0]) if settle else point)
+    return refit(
+        model,
+        bench,
+        points,
+        [constants] * len(points),
+        iterations=iterations,
+        wander=False,
+        hopeless=HOPELESS,
+        progress=lambda: progress.advance(),
+    )
