@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -56,7 +57,7 @@ def ground(problem: Problem, model: Model, settings: Settings, progress: Progres
     found = _fitted(model, _some(shortest, MORE), _best(model, rough), Silent())
     best = _best(model, found)
     bench = lay(problem, segments, phases, _steps(problem, UNITS, best, settings), samples, samples // LEAD)
-    fits = _fitted(model, bench, best, progress, iterations=REFINED, settle=True)
+    fits = _fitted(model, bench, best, progress, iterations=REFINED, settle=True, hopeless=HOPELESS)
     fit = min(fits, key=lambda fit: fit.misfit)
     widths = np.full(OWN - START, WANDER if bench.wanders else LEAST)
     return Ground(tuple(segments), bench, dataclasses.replace(fit.point, widths=widths))
@@ -120,6 +121,7 @@ def _fitted(
     *,
     iterations: int = ITERATIONS,
     settle: bool = False,
+    hopeless: float = math.inf,
 ) -> list[Refit]:
     """The constants fitted from several beginnings (coordinates), lanes starting as recorded, friction not
     wandering; where `settle`, every lane's start is first fitted by itself."""
@@ -138,6 +140,6 @@ def _fitted(
         [constants] * len(points),
         iterations=iterations,
         wander=False,
-        hopeless=HOPELESS,
+        hopeless=hopeless,
         progress=lambda: progress.advance(),
     )
