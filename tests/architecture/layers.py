@@ -23,6 +23,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "jaxstick.enclosure",
         "jaxstick.errors",
         "jaxstick.precision",
+        "jaxstick.traced",
         "jaxstick.turns",
         "jaxstick.version",
     ),
