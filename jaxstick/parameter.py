@@ -19,7 +19,8 @@ class Parameter:
     `null` is the value at which the parameter has no influence (None where there is none, such as a mass).
     `typical` is the size to be expected where it does, as a multiple of what its unit amounts to on the rig
     at hand: N the level of friction, m the stroke, s the natural period, their products and powers likewise.
-    `tries` are values that it is likely to have on any rig, the mains' frequencies for one.
+    `tries` are values that it is likely to have on any rig, the mains' frequencies for one. `span`: a search
+    goes from the typical size over `span` to `span` times it.
     """
 
     unit: str
@@ -29,6 +30,7 @@ class Parameter:
     null: float | None = None
     typical: float | None = None
     tries: tuple[float, ...] = ()
+    span: float = 50.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,10 +56,13 @@ def parameter(
     null: float | None = None,
     typical: float | None = None,
     tries: tuple[float, ...] = (),
+    span: float = 50.0,
     **field: Any,
 ) -> Any:
     """A field of an `equinox.Module` that holds a physical parameter (a float or an array of lanes)."""
-    return eqx.field(metadata={_KEY: Parameter(unit, meaning, lower, upper, null, typical, tries)}, **field)
+    return eqx.field(
+        metadata={_KEY: Parameter(unit, meaning, lower, upper, null, typical, tries, span)}, **field
+    )
 
 
 def parameters(module: eqx.Module) -> Iterator[Place]:

@@ -57,7 +57,7 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
         pairs = [
             pair
             for base, beside in zip(found, screens, strict=False)
-            for pair in contest(model, bench, base.refit, beside.promises[:SECONDS], FINAL_PAIRS, progress)
+            for pair in contest(model, bench, base.refit, beside.ranked[:SECONDS], FINAL_PAIRS, progress)
         ]
         found += best_of(pairs)
     found.sort(key=lambda explanation: explanation.refit.misfit)
@@ -87,5 +87,5 @@ def _with_still_friction(
     own[:, START:] = 0.0
     point = dataclasses.replace(nominal.point, own=own, widths=np.full(OWN - START, LEAST))
     (still,) = refit(model, bench, [point], [nominal.free], wander=False)
-    promises = screen(model, bench, still, shapes=shapes).promises[:FINALISTS]
+    promises = screen(model, bench, still, shapes=shapes).ranked[:FINALISTS]
     return contest(model, bench, still, promises, FINALISTS, progress)

@@ -312,7 +312,7 @@ def _effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Pr
         lower, upper = max(kind.lower, -FAR * scale), min(kind.upper, FAR * scale)
         return Unknown(name, kind.unit, lower, upper, "linear", scale, 0.0, STRENGTH_FREEDOM * scale)
     typical = kind.typical * natural if kind.typical else float(place.of(effect))
-    lower, upper = max(kind.lower, typical / 50), min(kind.upper, typical * 50)
+    lower, upper = max(kind.lower, typical / kind.span), min(kind.upper, typical * kind.span)
     centre = float(np.clip(typical, lower, upper))
     return Unknown(name, kind.unit, lower, upper, "log", 1.0, centre, SHAPE_FREEDOM * centre)
 

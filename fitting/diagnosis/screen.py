@@ -58,6 +58,17 @@ class Screen:
     cosine: np.ndarray
     shapes: Shapes
 
+    @property
+    def ranked(self) -> list[Promise]:
+        """The promises by the better of two places: by score, and by score over its inflation. Where the gap
+        is large, scores are high that vary much from lane to lane."""
+        robust = sorted(self.promises, key=lambda promise: -promise.score / max(promise.inflation, 1.0))
+        return list(
+            {
+                promise.key: promise for pair in zip(self.promises, robust, strict=True) for promise in pair
+            }.values()
+        )
+
 
 def screen(
     model: Model, bench: Bench, at: Refit, *, own_group: bool = False, shapes: Shapes | None = None

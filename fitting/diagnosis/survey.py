@@ -15,7 +15,7 @@ from fitting.diagnosis.screen import Promise, Screen, screen
 from fitting.progress import Progress
 
 SHORT_LIST = 10
-SHORTEST_LIST = 4
+SHORTEST_LIST = 6
 PROMISING = 15.0
 """Beyond the shortest list an effect is refitted only if its score is this many times what scores vary by."""
 FINALISTS = 6
@@ -102,7 +102,7 @@ def _short_list(model: Model, seen: Screen) -> list[Promise]:
     """The promises that are worth a refit, each with its aliases."""
     chosen = [
         promise.key
-        for place, promise in enumerate(seen.promises[:SHORT_LIST])
+        for place, promise in enumerate(seen.ranked[:SHORT_LIST])
         if place < SHORTEST_LIST or promise.score > PROMISING * max(promise.inflation, 1.0)
     ]
     same = aliases(model, seen)
