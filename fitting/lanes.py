@@ -67,7 +67,7 @@ class Lanes(eqx.Module):
         """The lanes at these indices, in this order."""
         return jax.tree.map(lambda leaf: np.asarray(leaf)[index], self)
 
-    def with_room(self, samples: int) -> Lanes:
+    def filled(self, samples: int) -> Lanes:
         """The lanes filled up to so many samples, of which those that are new do not count, and the drive to
         as many pieces, or a power of two times as many."""
         have = self.displacement.shape[1]

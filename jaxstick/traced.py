@@ -6,11 +6,11 @@ text for the compiler, does not change until the code does. It is kept beside ja
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import os
 import sys
-import tempfile
 import threading
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Mapping
@@ -19,6 +19,9 @@ from typing import Any
 
 import jax
 import numpy as np
+
+from jaxstick.errors import UserError
+from jaxstick.output import atomic_write_bytes
 
 NAME = "traced-{}-cache"
 """What a kept program's file is called; files that end like this are thrown away when they are the oldest."""
@@ -100,9 +103,5 @@ def _read(file: Path) -> jax.export.Exported | None:
 
 
 def _write(file: Path, content: bytes) -> None:
-    try:
-        with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as beside:
-            beside.write(content)
-        os.replace(beside.name, file)
-    except OSError:
-        return
+    with contextlib.suppress(UserError):
+        atomic_write_bytes(file, content)

@@ -56,8 +56,8 @@ def concerns_contact(model: Model, keys: Sequence[str]) -> bool:
 def choose_contact(
     problem: Problem, model: Model, ground: Ground, bench: Bench, nominal: Refit, workers: int
 ) -> Chosen:
-    """The contact that the records ask for, judged on a bench of it, beginning at the
-    nominal model's refit: by the mean ratio of the lanes' costs, which a few lost lanes do not decide."""
+    """The contact that the records ask for, judged on a bench and beginning at the nominal
+    model's refit there: by the mean ratio of the lanes' costs, which a few lost lanes do not decide."""
     parts = problem.hypothesis.nominal
     (paper,) = refit(model, bench, [nominal.point], [model.nuisances()], iterations=STEPS)
     best, least = Chosen(problem, model, ground, None, 1.0), 1.0

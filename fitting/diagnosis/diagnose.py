@@ -62,8 +62,9 @@ def diagnose(
     model = Model(problem, settings.workers)
     base = ground(problem, model, fitting, progress)
     held = split(problem, base.bench, held_out)
-    bench = resolved(model, base.bench.take(held.fitted), part(base.point, held.fitted))
-    seen = survey(model, bench, part(base.point, held.fitted), progress)
+    begin = part(base.point, held.fitted)
+    bench = resolved(model, base.bench.take(held.fitted), begin)
+    seen = survey(model, bench, begin, progress)
     chosen = Chosen(problem, model, base, None, 1.0)
     if not seen.suffices or concerns_contact(model, seen.found[0].keys):
         chosen, seen = _on_another_contact(chosen, bench, seen, held, settings.workers, progress)

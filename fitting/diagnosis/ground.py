@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.diagnosis.laying import cut_in_step, divided, lay, length
-from fitting.diagnosis.model import COLUMNS, Model
+from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import ITERATIONS, Bench, Point, Refit, job, refit
 from fitting.diagnosis.release import settled
 from fitting.diagnosis.wander import LEAST, OWN, START
@@ -66,9 +66,8 @@ def ground(problem: Problem, model: Model, settings: Settings, progress: Progres
 def resolved(model: Model, bench: Bench, point: Point) -> Bench:
     """The bench with no more integration steps than residuals can tell: half or a quarter as many where, in
     nearly all lanes, that changes residuals by less than `TOLERANCE` standard deviations of the noise."""
-    none = np.full((len(bench.lanes), COLUMNS), -1)
     finest, *others = (
-        (one, model.columns([job(one, point, none)])[0].residual[:, :-OWN])
+        (one, model.columns([job(one, point)])[0].residual[:, :-OWN])
         for one in (bench, bench.coarser(), bench.coarser().coarser())
     )
     counted = np.maximum(bench.lanes.counted(), 1)

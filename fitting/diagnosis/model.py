@@ -244,7 +244,7 @@ class Model:
             count, reach = len(job.lanes), job.lanes.displacement.shape[1]
             index = np.minimum(np.arange(first, first + PACK), count - 1)
             room = next(room for room in ROOMS if room >= reach)
-            lanes = dataclasses.replace(job.lanes.take(index).with_room(room), substeps=1)
+            lanes = dataclasses.replace(job.lanes.take(index).filled(room), substeps=1)
             pack = Pack(
                 lanes,
                 Pace(job.lanes.substeps, reach),

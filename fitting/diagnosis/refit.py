@@ -151,8 +151,10 @@ def chosen_columns(free: np.ndarray, level: int, lanes: int) -> np.ndarray:
     return np.tile(row, (lanes, 1))
 
 
-def job(bench: Bench, point: Point, chosen: np.ndarray) -> Job:
-    """The linearisation of a bench at a point."""
+def job(bench: Bench, point: Point, chosen: np.ndarray | None = None) -> Job:
+    """The linearisation of a bench at a point, by what each lane has of its own and the chosen unknowns."""
+    if chosen is None:
+        chosen = np.full((len(bench.lanes), COLUMNS), -1)
     return Job(point.keys, allowed(bench.lanes, point.widths), point.each(bench), point.own, chosen)
 
 

@@ -74,13 +74,12 @@ def settled(
     model: Model, bench: Bench, point: Point, iterations: int = ITERATIONS
 ) -> tuple[np.ndarray, np.ndarray]:
     """What is best for every lane by itself at given unknowns, and its cost."""
-    none = np.full((len(bench.lanes), COLUMNS), -1)
     own, damping = point.own, np.full(len(bench.lanes), 1e-3)
-    gradient, curvature, cost = _own_terms(model, bench, point, none)
+    gradient, curvature, cost = _own_terms(model, bench, point)
     for _ in range(iterations):
         damped = curvature * (1 + damping[:, None, None] * np.eye(OWN))
         trial = own - np.linalg.solve(damped, gradient[:, :, None])[:, :, 0]
-        found = _own_terms(model, bench, dataclasses.replace(point, own=trial), none)
+        found = _own_terms(model, bench, dataclasses.replace(point, own=trial))
         better = found[2] < cost
         own = np.where(better[:, None], trial, own)
         gradient = np.where(better[:, None], found[0], gradient)
@@ -90,10 +89,8 @@ def settled(
     return own, cost
 
 
-def _own_terms(
-    model: Model, bench: Bench, point: Point, none: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    (columns,) = model.columns([job(bench, point, none)])
+def _own_terms(model: Model, bench: Bench, point: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    (columns,) = model.columns([job(bench, point)])
     gradient, curvature = normal(columns)
     cost = np.einsum("lr,lr->l", columns.residual, columns.residual)
     return gradient[:, COLUMNS:], curvature[:, COLUMNS:, COLUMNS:], np.where(np.isfinite(cost), cost, 1e30)

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.diagnosis.model import COLUMNS, Model
+from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Refit, job
 from fitting.diagnosis.wander import OWN
 
@@ -38,8 +38,7 @@ def floor_of(model: Model, bench: Bench, fits: Sequence[Refit]) -> float:
     first, second = successive(bench.phase)
     if len(first) < FEWEST or not all(wanders(fit) for fit in fits):
         return 1.0
-    none = np.full((len(bench.lanes), COLUMNS), -1)
-    seen = model.columns([job(bench, fit.point, none) for fit in fits])
+    seen = model.columns([job(bench, fit.point) for fit in fits])
     return max(1.0, min(_pure_error(bench, columns.residual[:, :-OWN], first, second) for columns in seen))
 
 

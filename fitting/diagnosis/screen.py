@@ -8,6 +8,7 @@ Psychometrika 54 (1989) 371; with clusters as in Boos, The American Statistician
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -63,11 +64,8 @@ class Screen:
         """The promises by the better of two places: by score, and by score over its inflation. Where the gap
         is large, scores are high that vary much from lane to lane."""
         robust = sorted(self.promises, key=lambda promise: -promise.score / max(promise.inflation, 1.0))
-        return list(
-            {
-                promise.key: promise for pair in zip(self.promises, robust, strict=True) for promise in pair
-            }.values()
-        )
+        in_turn = itertools.chain.from_iterable(zip(self.promises, robust, strict=True))
+        return list({promise.key: promise for promise in in_turn}.values())
 
 
 def screen(

@@ -26,8 +26,6 @@ lowest."""
 NEAR = 0.95
 """An explanation that leaves hardly less has nothing to lend to another; to the nominal model it always has,
 for that one can do no better than what contains it."""
-
-
 SAME = 0.9
 """Aliases are the same to records in which the cosine between their traces is larger."""
 

@@ -23,7 +23,6 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "jaxstick.enclosure",
         "jaxstick.errors",
         "jaxstick.precision",
-        "jaxstick.traced",
         "jaxstick.turns",
         "jaxstick.version",
     ),
@@ -58,6 +57,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("jaxstick.side_by_side",),
     ("jaxstick.formats",),
     ("jaxstick.output",),
+    ("jaxstick.traced",),
     ("jaxstick.record",),
     (
         "jaxstick.cycle",
