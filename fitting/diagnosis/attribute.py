@@ -59,7 +59,7 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
             for base, beside in zip(found, screens, strict=False)
             for pair in contest(model, bench, base.refit, beside.ranked[:SECONDS], FINAL_PAIRS, progress)
         ]
-        found += best_of(pairs)
+        found += freed(model, bench, best_of(pairs), LEADERS)
     found.sort(key=lambda explanation: explanation.refit.misfit)
     floor = min(floor, floor_of(model, bench, [found[0].refit]))
     accounts = [

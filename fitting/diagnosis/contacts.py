@@ -15,6 +15,7 @@ import numpy as np
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point, Refit, refit
+from fitting.diagnosis.release import released
 from fitting.problem import Problem
 from jaxstick.parts.contact import AbstractContact
 from jaxstick.parts.gradual import ElastoPlasticContact, IwanContact, LuGreContact
@@ -56,8 +57,8 @@ def concerns_contact(model: Model, keys: Sequence[str]) -> bool:
 def choose_contact(
     problem: Problem, model: Model, ground: Ground, bench: Bench, nominal: Refit, workers: int
 ) -> Chosen:
-    """The contact that the records ask for, judged on a bench and beginning at the nominal
-    model's refit there: by the mean ratio of the lanes' costs, which a few lost lanes do not decide."""
+    """The contact that the records ask for, judged on a bench by the mean ratio of the lanes' costs and
+    beginning at the nominal model's refit there."""
     parts = problem.hypothesis.nominal
     (paper,) = refit(model, bench, [nominal.point], [model.nuisances()], iterations=STEPS)
     best, least = Chosen(problem, model, ground, None, 1.0), 1.0
@@ -68,13 +69,20 @@ def choose_contact(
         other = dataclasses.replace(problem, hypothesis=hypothesis)
         its = Model(other, workers)
         (found,) = refit(its, bench, [carried(paper.point, model, its)], [its.nuisances()], iterations=STEPS)
-        ratio = float(np.exp(np.mean(np.log(found.cost / paper.cost))))
+        if _ratio(found, paper) < 1:
+            found = released(its, bench, found)
+        ratio = _ratio(found, paper)
         preferred = PREFERRED_WIDER if isinstance(contact, IwanContact) else PREFERRED
         if ratio < min(least, preferred):
             point = dataclasses.replace(found.point, own=ground.point.own, widths=ground.point.widths)
             moved = dataclasses.replace(ground, point=point)
             best, least = Chosen(other, its, moved, words, ratio), ratio
     return best
+
+
+def _ratio(fit: Refit, paper: Refit) -> float:
+    """The mean ratio of the lanes' costs, which a few lost lanes do not decide."""
+    return float(np.exp(np.mean(np.log(fit.cost / paper.cost))))
 
 
 def carried(point: Point, model: Model, other: Model) -> Point:

@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from fitting.diagnosis.refit import Bench
 from fitting.diagnosis.wander import with_room
@@ -111,7 +112,8 @@ def lay(
 
 def tempered(lanes: Lanes) -> Lanes:
     """The lanes with corners weighed down: where a channel bends sharply from one sample to the next, the
-    sensor's own filter and the instant of sampling decide what is read, by a share `BLUR` of the bend."""
+    sensor's own filter and the instant of sampling decide what is read, by a share `BLUR` of the bend. A
+    single sample that stands out is no corner."""
     return dataclasses.replace(
         lanes,
         displacement_weight=_tempered(np.asarray(lanes.displacement), np.asarray(lanes.displacement_weight)),
@@ -121,7 +123,8 @@ def tempered(lanes: Lanes) -> Lanes:
 
 def _tempered(samples: np.ndarray, weight: np.ndarray) -> np.ndarray:
     bend = np.zeros_like(samples)
-    bend[:, 1:-1] = np.abs(np.diff(samples, 2, axis=1)) * weight[:, 1:-1]
+    smooth = median_filter(samples, size=(1, 3), mode="nearest")
+    bend[:, 1:-1] = np.abs(np.diff(smooth, 2, axis=1)) * weight[:, 1:-1]
     bend = np.maximum(bend - NOISY_BEND, 0.0)
     around = bend.copy()
     around[:, 1:] = np.maximum(around[:, 1:], bend[:, :-1])

@@ -8,47 +8,113 @@ import numpy as np
 
 from fitting.diagnosis.model import COLUMNS, Model
 from fitting.diagnosis.refit import Bench, Point, Refit, job, normal, refit
-from fitting.diagnosis.wander import OWN, START
+from fitting.diagnosis.wander import FAR_OFF, OWN, START
 
-TRIES = 16
-"""So many starts for every lost lane, and together at least `LEAST_TRIES`."""
-LEAST_TRIES = 128
+SWEEPS = 4
+"""Lost lanes may follow one another."""
+TRIES, LEAST_TRIES = 8, 48
+"""So many scattered starts for every lane that is still lost, and at least so many together."""
 SCATTER = (0.1, 0.5, 1.0)
 """Standard deviations of displacement, velocity and force of the new starts, in units of their priors'."""
 ITERATIONS = 5
 SUSPECT = 4.0
 MANY = 0.2
-"""Where more than this share of the lanes lies far above, the model is wrong rather than its starts."""
+"""Where more than this share of the lanes is lost, the model is wrong rather than its starts."""
 BETTER = 0.9
+TURNS = 2
+A_LITTLE = 1e-3
+"""Friction that wanders by as little has lost no event."""
 
 
 def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: bool = True) -> Refit:
-    """The refit with its lost lanes freed and everything fitted once more; the same where none is better.
+    """The refit with its lost lanes freed and everything fitted once more, and once again where that has
+    helped; the same where none is better.
 
-    Lost are lanes whose cost lies far above the typical one. Each is tried from many starts scattered
-    around what the record says, at the unknowns as they are.
+    At the unknowns as they are, each lost lane goes on where the lane before it passes by, or else starts
+    again from points scattered around what the record says.
     """
+    for turn in range(TURNS):
+        found = _released(model, bench, fit, seed + turn, wander)
+        if not found.misfit < fit.misfit:
+            break
+        fit = found
+    return fit
+
+
+def _released(model: Model, bench: Bench, fit: Refit, seed: int, wander: bool) -> Refit:
+    lost = _lost(bench, fit)
+    own, cost = fit.point.own.copy(), fit.cost.copy()
+
+    def tried(some: np.ndarray, begin: np.ndarray) -> np.ndarray:
+        """Settles starts (tries, lanes, 5) of some lanes, takes those that are better, and says which lanes
+        have none."""
+        tries, count = len(begin), len(some)
+        part = bench.take(np.tile(some, tries))
+        found, costs = settled(model, part, dataclasses.replace(fit.point, own=begin.reshape(-1, OWN)))
+        best = np.argmin(costs.reshape(tries, count), axis=0) * count + np.arange(count)
+        better = costs[best] < BETTER * cost[some]
+        own[some[better]], cost[some[better]] = found[best[better]], costs[best[better]]
+        return some[~better]
+
+    left, sweeps = lost, 0
+    while len(left) and sweeps < SWEEPS:
+        sweeps += 1
+        handed, known = _handed_on(model, bench, dataclasses.replace(fit.point, own=own), left)
+        if not known.any():
+            break
+        still = tried(left[known], handed[None, known])
+        if len(still) == known.sum():
+            break
+        left = np.union1d(left[~known], still)
+    if 0 < len(left) <= MANY * len(bench.lanes):
+        tries = max(TRIES, LEAST_TRIES // len(left))
+        random = np.random.default_rng(seed)
+        begin = np.tile(np.asarray(bench.lanes.start)[left], (tries, 1, 1))
+        deviation = np.asarray(bench.lanes.start_deviation)[left, :START]
+        scatter = random.standard_normal((tries, len(left), START))
+        begin[:, :, :START] += np.array(SCATTER) * deviation * scatter
+        tried(left, begin)
+    if np.array_equal(own, fit.point.own):
+        return fit
+    (again,) = refit(model, bench, [dataclasses.replace(fit.point, own=own)], [fit.free], wander=wander)
+    return again
+
+
+def _lost(bench: Bench, fit: Refit) -> np.ndarray:
+    """The lanes whose cost lies far above the typical one, and those whose friction has wandered far off."""
     share = fit.cost / bench.dof()
     typical = float(np.median(share))
-    lost = np.flatnonzero(share > max(SUSPECT * typical, typical * (1 + 6 * np.sqrt(2 / bench.dof().mean()))))
-    if len(lost) == 0 or len(lost) > MANY * len(share):
-        return fit
-    random = np.random.default_rng(seed)
-    tries = max(TRIES, LEAST_TRIES // len(lost))
-    part = bench.take(np.tile(lost, tries))
-    scattered = np.array(part.lanes.start)
-    deviation = np.asarray(part.lanes.start_deviation)[:, :START]
-    scattered[:, :START] += np.array(SCATTER) * deviation * random.standard_normal(deviation.shape)
-    own, cost = settled(model, part, dataclasses.replace(fit.point, own=scattered))
-    cost = cost.reshape(tries, -1)
-    winner, column = np.argmin(cost, axis=0), np.arange(len(lost))
-    better = cost[winner, column] < BETTER * fit.cost[lost]
-    if not better.any():
-        return fit
-    every = fit.point.own.copy()
-    every[lost[better]] = own.reshape(tries, len(lost), OWN)[winner, column][better]
-    (again,) = refit(model, bench, [dataclasses.replace(fit.point, own=every)], [fit.free], wander=wander)
-    return again if again.misfit < fit.misfit else fit
+    dear = share > max(SUSPECT * typical, typical * (1 + 6 * np.sqrt(2 / bench.dof().mean())))
+    widths = np.maximum(fit.point.widths * np.sqrt(typical), A_LITTLE)
+    strayed = np.abs(fit.point.own[:, START:]) > FAR_OFF * widths
+    return np.flatnonzero(dear | strayed.any(1))
+
+
+def _handed_on(model: Model, bench: Bench, point: Point, lost: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What lost lanes would have of their own if each went on where the lane before it passes by (lost, 5),
+    and for which of them that is known."""
+    lanes, before = bench.lanes, np.maximum(lost - 1, 0)
+    interval, begin = np.asarray(lanes.interval)[lost], np.asarray(lanes.start_time)
+    place = np.rint((begin[lost] - begin[before]) / interval).astype(int)
+    samples = lanes.displacement.shape[1]
+    within = (place > 0) & (place < samples - 1) & (bench.run[before] == bench.run[lost])
+    place = np.where(within, place, 1)
+    part, own = bench.take(before), point.own[before]
+    residual = model.columns([job(part, dataclasses.replace(point, own=own))])[0].residual
+    each = np.arange(len(lost))
+
+    def read(channel: int, shift: int) -> tuple[np.ndarray, np.ndarray]:
+        recorded = (part.lanes.displacement, part.lanes.friction)[channel]
+        weight = (part.lanes.displacement_weight, part.lanes.friction_weight)[channel]
+        weight = np.asarray(weight)[each, place + shift]
+        miss = residual[each, channel * samples + place + shift] / np.where(weight > 0, weight, 1.0)
+        return np.asarray(recorded)[each, place + shift] + miss, weight > 0
+
+    (x, here), (force, felt) = read(0, 0), read(1, 0)
+    (last, there), (coming, yonder) = read(0, -1), read(0, 1)
+    level = own[:, START] + own[:, START + 1]
+    handed = np.stack([x, (coming - last) / (2 * interval), force, level, np.zeros(len(lost))], axis=1)
+    return handed, within & here & felt & there & yonder
 
 
 def borrowed(model: Model, bench: Bench, fit: Refit, other: Refit, near: float = 1.0) -> Refit:

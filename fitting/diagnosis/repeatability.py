@@ -14,11 +14,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Bench, Refit, job
+from fitting.diagnosis.refit import Bench, Refit, job, misfit_of
 from fitting.diagnosis.wander import OWN
 
 FEWEST = 6
 """Pairs of lanes in successive cycles below which nothing is said."""
+UNEVEN = 2.0
+"""Scatter is no more uneven among lanes than this, mean to median: more is something that acts in a few."""
 A_GOOD_DEAL = 0.002
 """Friction that wanders by less, as a share of itself, hides nothing and scatters little."""
 
@@ -30,7 +32,8 @@ def wanders(fit: Refit) -> bool:
 
 def floor_of(model: Model, bench: Bench, fits: Sequence[Refit]) -> float:
     """The least misfit that any model can have here, 1 at least: of several fits the lowest mean square of
-    what changes from one cycle to the next.
+    what changes from one cycle to the next, outliers weighed down, and no more than `UNEVEN` times what a
+    typical lane costs.
 
     1 where the lanes are not repeated, and where friction keeps still under one of the fits: an effect that
     keeps another time than the excitation does not repeat itself either, and is no scatter.
@@ -39,7 +42,9 @@ def floor_of(model: Model, bench: Bench, fits: Sequence[Refit]) -> float:
     if len(first) < FEWEST or not all(wanders(fit) for fit in fits):
         return 1.0
     seen = model.columns([job(bench, fit.point) for fit in fits])
-    return max(1.0, min(_pure_error(bench, columns.residual[:, :-OWN], first, second) for columns in seen))
+    changing = min(_pure_error(bench, columns.residual[:, :-OWN], first, second) for columns in seen)
+    typical = min(float(np.median(fit.cost / bench.dof())) for fit in fits)
+    return max(1.0, min(changing, UNEVEN * typical))
 
 
 def successive(phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -56,10 +61,10 @@ def successive(phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _pure_error(bench: Bench, residual: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
-    """Half the mean square difference between the residuals of paired lanes, by the median of the pairs'."""
+    """Half the mean square difference between the residuals of paired lanes, as a misfit."""
     weights = np.concatenate(
         [np.asarray(bench.lanes.displacement_weight), np.asarray(bench.lanes.friction_weight)], axis=1
     )
     both = (weights[first] > 0) & (weights[second] > 0)
     squares = np.where(both, (residual[first] - residual[second]) ** 2, 0.0).sum(1) / 2
-    return float(np.median(squares / np.maximum(both.sum(1) - 3, 1)))
+    return misfit_of(squares, np.maximum(both.sum(1) - 3, 1))

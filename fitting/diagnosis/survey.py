@@ -5,10 +5,12 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from fitting.diagnosis.contest import Explanation, contest
 from fitting.diagnosis.judge import suffices
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Bench, Point, Refit, refit
+from fitting.diagnosis.refit import Bench, Point, Refit, misfit_of, refit
 from fitting.diagnosis.release import borrowed, released
 from fitting.diagnosis.repeatability import floor_of
 from fitting.diagnosis.screen import Promise, Screen, screen
@@ -19,10 +21,11 @@ SHORTEST_LIST = 6
 PROMISING = 15.0
 """Beyond the shortest list an effect is refitted only if its score is this many times what scores vary by."""
 FINALISTS = 6
-LEADING = 4
+LEADING = 6
 REACH = 4.0
-"""Lost lanes are looked after in the leading explanations, where the misfit is less than so many times the
-lowest."""
+"""Lost lanes are looked after in the leading explanations, those with the lowest typical cost of a lane (times
+what the wandering costs), where that is less than so many times the lowest: a single lost lane hides what an
+explanation is worth."""
 NEAR = 0.95
 """An explanation that leaves hardly less has nothing to lend to another; to the nominal model it always has,
 for that one can do no better than what contains it."""
@@ -65,21 +68,36 @@ def survey(model: Model, bench: Bench, point: Point, progress: Progress) -> Surv
     return Survey(nominal, first, tuple(found), floor)
 
 
-def freed(model: Model, bench: Bench, explanations: Sequence[Explanation]) -> list[Explanation]:
+def freed(
+    model: Model, bench: Bench, explanations: Sequence[Explanation], leading: int = LEADING
+) -> list[Explanation]:
     """The explanations, the best first; of the leading ones lost lanes are freed, and they borrow from the
     best."""
 
-    def sifted(found: Sequence[Explanation], again: Callable[[Explanation], Refit]) -> list[Explanation]:
-        found = sorted(found, key=lambda e: e.refit.misfit)
-        within = REACH * found[0].refit.misfit
+    dof = bench.dof()
+
+    def typical(e: Explanation) -> float:
+        price = e.refit.misfit / misfit_of(e.refit.cost, dof)
+        return price * float(np.median(e.refit.cost / dof))
+
+    def misfit(e: Explanation) -> float:
+        return e.refit.misfit
+
+    def sifted(
+        found: Sequence[Explanation],
+        worth: Callable[[Explanation], float],
+        again: Callable[[Explanation], Refit],
+    ) -> list[Explanation]:
+        found = sorted(found, key=worth)
+        within = REACH * worth(found[0])
         return [
-            dataclasses.replace(e, refit=again(e)) if place < LEADING and e.refit.misfit < within else e
+            dataclasses.replace(e, refit=again(e)) if place < leading and worth(e) < within else e
             for place, e in enumerate(found)
         ]
 
-    found = sifted(explanations, lambda e: released(model, bench, e.refit))
-    leader = min((e.refit for e in found), key=lambda refit: refit.misfit)
-    found = sifted(found, lambda e: borrowed(model, bench, e.refit, leader, NEAR))
+    found = sifted(explanations, typical, lambda e: released(model, bench, e.refit))
+    leader = min(found, key=misfit).refit
+    found = sifted(found, misfit, lambda e: borrowed(model, bench, e.refit, leader, NEAR))
     return sorted(found, key=lambda e: e.refit.misfit)
 
 

@@ -28,7 +28,12 @@ LEAST = 1e-6
 WIDTHS = np.concatenate([[LEAST], np.geomspace(1e-5, 0.3, 40)])
 """Standard deviations that are tried: the first stands for none at all."""
 SETTLED = 4.0
-"""Lanes whose cost lies so many times above the typical one do not say how friction wanders."""
+"""Lanes whose cost lies so many times above the typical one do not say how friction wanders,"""
+FAR_OFF = 5.0
+"""nor do lanes whose level or slope lies so many standard deviations from none: an event that was lost can be
+made good by a level that is far off."""
+MEDIAN_SQUARE = 0.455
+"""The median of the square of a standard normal variable."""
 
 
 class Wandering(AbstractScaledFriction):
@@ -104,10 +109,17 @@ def likeliest(
         pull = gradient[:, place] - precision * own[:, place] - np.einsum("lr,lr->l", across, solved[:, :, 1])
         information = np.maximum(information, 1e-12)
         best = own[:, place] - pull / information
-        spread = noise / information[settled]
-        variance = WIDTHS[:, None] ** 2 * noise + spread
-        cost = np.sum(np.log(variance) + best[settled] ** 2 / variance, axis=1)
+        near = settled & _near(best, noise / information)
+        variance = WIDTHS[:, None] ** 2 * noise + noise / information[near]
+        cost = np.sum(np.log(variance) + best[near] ** 2 / variance, axis=1)
         chosen = int(np.argmin(cost))
         found[number] = WIDTHS[chosen]
         price += float(np.sum(np.log1p(WIDTHS[chosen] ** 2 * information)))
     return Likeliest(found, price)
+
+
+def _near(values: np.ndarray, variance: np.ndarray) -> np.ndarray:
+    """Which values, each known to within its variance, are no outliers of a normal distribution around zero;
+    its own variance is read off their median square, which outliers hardly touch."""
+    square = values**2
+    return square <= FAR_OFF**2 * (np.median(square) / MEDIAN_SQUARE + variance)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fitting.diagnosis.laying import cut_in_step
-from fitting.diagnosis.repeatability import successive
+from fitting.diagnosis.model import Columns
+from fitting.diagnosis.refit import Bench, Point, Refit
+from fitting.diagnosis.repeatability import UNEVEN, floor_of, successive
+from fitting.diagnosis.wander import OWN
 from fitting.signals import read_signals
 from jaxstick.record import KnownRig, Noise, Run
 
@@ -48,3 +53,38 @@ def test_successive_lanes_of_a_phase_are_paired():
     first, second = successive(np.array([0, 1, 0, 1, -1, 0, 2, -1]))
     assert (first.tolist(), second.tolist()) == ([0, 1, 2], [2, 3, 5])
     assert len(successive(np.array([-1, -1, 3]))[0]) == 0
+
+
+LANES, COUNTED = 24, 50
+
+
+def judged(residual: np.ndarray, cost: float, width: float) -> float:
+    """The floor that residuals (lanes, samples) of lanes with one phase lead to, at this cost per degree of
+    freedom and friction that wanders by this width."""
+    blank, ones = np.zeros_like(residual), np.ones_like(residual)
+    lanes: Any = SimpleNamespace(
+        displacement_weight=ones, friction_weight=blank, counted=lambda: np.full(LANES, COUNTED)
+    )
+    bench = Bench(lanes, np.zeros(LANES, int), 1, np.zeros(LANES, int), True)
+    rows = np.concatenate([residual, blank, np.zeros((LANES, OWN))], axis=1)
+    model: Any = SimpleNamespace(columns=lambda jobs: [Columns(rows, rows) for _ in jobs])
+    point = Point((), np.zeros(1), np.zeros(1), np.zeros((LANES, OWN)), np.full(2, width))
+    each = np.full(LANES, cost * (COUNTED - 3))
+    return floor_of(model, bench, [Refit(point, np.zeros(0, int), each, cost, np.ones(LANES), 1)])
+
+
+def test_the_floor_is_what_changes_from_one_cycle_to_the_next(monkeypatch):
+    """Residuals of 3 standard deviations that change, on top of a bias that does not."""
+    monkeypatch.setattr("fitting.diagnosis.repeatability.job", lambda bench, point: None)
+    random = np.random.default_rng(3)
+    residual = 50 * np.sin(np.arange(COUNTED)) + 3 * random.standard_normal((LANES, COUNTED))
+    assert judged(residual, 1300.0, 0.02) == pytest.approx(9.0, rel=0.25)
+    assert judged(residual, 1300.0, 1e-6) == 1.0
+
+
+def test_the_floor_lies_no_higher_than_a_typical_lane(monkeypatch):
+    """What acts in some lanes alone changes from cycle to cycle too, and is no noise."""
+    monkeypatch.setattr("fitting.diagnosis.repeatability.job", lambda bench, point: None)
+    residual = 9 * np.random.default_rng(4).standard_normal((LANES, COUNTED))
+    assert judged(residual, 1.4, 0.02) == pytest.approx(UNEVEN * 1.4)
+    assert judged(residual, 0.4, 0.02) == 1.0

@@ -53,6 +53,15 @@ def test_a_lane_that_fits_far_worse_says_nothing():
     assert likeliest(own, gradient, curvature, widths, share).widths[0] == pytest.approx(2e-3, rel=0.35)
 
 
+def test_a_lane_whose_level_is_far_off_says_nothing():
+    """An event that was lost can be made good by friction that is far off, and the lane then costs little."""
+    own, gradient, curvature, widths, share = lanes(2e-3, 1.0, 4)
+    gradient[:8, START] += 0.1 * SAMPLES * 300.0**2
+    found = likeliest(own, gradient, curvature, widths, share).widths
+    assert found[0] == pytest.approx(2e-3, rel=0.35)
+    assert found[1] < 2e-4
+
+
 def test_the_factor_on_the_law():
     law = ExponentialFriction(A=1.0, B=5.0, C=3.0, D=2.0)
     wandering = Wandering(law, level=0.1, slope=-0.05, middle=2.0, half=0.5)

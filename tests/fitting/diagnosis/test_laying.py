@@ -1,0 +1,50 @@
+"""Corners of a record count for less, for sensor and sampling decide them; samples that stand out do not."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis.laying import NOISY_BEND, tempered
+from fitting.problem import pose
+from fitting.segments import Segment, lay_out
+from fitting.settings import Settings
+from jaxstick.parts.drive import SineDrive
+from tests.fitting.reference_data import WRONG, dataset, noisy, own_run
+
+SAMPLES = 60
+
+
+@pytest.fixture(scope="module")
+def lanes():
+    """One lane of a record, its displacement put to rest."""
+    run = noisy(own_run(SineDrive(1.5, 10.325e-3), samples=SAMPLES), np.random.default_rng(0))
+    problem = pose(dataset(run, assumed=WRONG), Settings(workers=1))
+    whole = lay_out(problem.chosen, [Segment(0, 0, SAMPLES)], problem.dataset.rig, problem.scale.force, 1)
+    still = np.zeros_like(np.asarray(whole.displacement))
+    ones = np.ones_like(still)
+    return dataclasses.replace(
+        whole, displacement=still, friction=still, displacement_weight=ones, friction_weight=ones
+    )
+
+
+def weights(lanes, samples: np.ndarray) -> np.ndarray:
+    given = dataclasses.replace(lanes, displacement=samples[None])
+    return np.asarray(tempered(given).displacement_weight)[0]
+
+
+def test_a_corner_counts_for_less(lanes):
+    """A bend far above the noise, in units of it; away from it and below it all samples count fully."""
+    corner = np.maximum(np.arange(SAMPLES) - 30.0, 0.0)
+    sharp = weights(lanes, 100 * NOISY_BEND * corner)
+    assert sharp[29:32].max() < 0.1
+    assert np.all(sharp[[*range(28), *range(34, SAMPLES)]] == 1)
+    assert np.all(weights(lanes, 0.9 * NOISY_BEND * corner) == 1)
+
+
+def test_a_sample_that_stands_out_is_no_corner(lanes):
+    spike = np.zeros(SAMPLES)
+    spike[30] = 100 * NOISY_BEND
+    assert np.all(weights(lanes, spike) == 1)
