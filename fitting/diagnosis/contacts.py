@@ -39,13 +39,23 @@ class Chosen:
     ratio: float
 
 
-def gradual_contacts(k1: float) -> dict[str, AbstractContact]:
-    """Contacts that are tried besides the paper's, by what a report calls them."""
-    return {
-        "an elasto-plastic bristle": ElastoPlasticContact(k1),
-        "a bristle that gives way from the first on (LuGre)": LuGreContact(k1),
-        "elements that yield one after another (Iwan)": IwanContact(k1),
-    }
+@dataclasses.dataclass(frozen=True)
+class Rival:
+    """A contact that is tried besides the paper's: what a report calls it, and the share of what lanes cost
+    under the paper's below which it is taken."""
+
+    words: str
+    contact: AbstractContact
+    preferred: float
+
+
+def gradual_contacts(k1: float) -> tuple[Rival, ...]:
+    """The contacts that give way gradually."""
+    return (
+        Rival("an elasto-plastic bristle", ElastoPlasticContact(k1), PREFERRED),
+        Rival("a bristle that gives way from the first on (LuGre)", LuGreContact(k1), PREFERRED),
+        Rival("elements that yield one after another (Iwan)", IwanContact(k1), PREFERRED_WIDER),
+    )
 
 
 def concerns_contact(model: Model, keys: Sequence[str]) -> bool:
@@ -55,16 +65,22 @@ def concerns_contact(model: Model, keys: Sequence[str]) -> bool:
 
 
 def choose_contact(
-    problem: Problem, model: Model, ground: Ground, bench: Bench, nominal: Refit, workers: int
+    problem: Problem,
+    model: Model,
+    ground: Ground,
+    bench: Bench,
+    lanes: np.ndarray,
+    nominal: Refit,
+    workers: int,
 ) -> Chosen:
-    """The contact that the records ask for, judged on a bench by the mean ratio of the lanes' costs and
-    beginning at the nominal model's refit there."""
+    """The contact that the records ask for, judged by the mean ratio of the lanes' costs on a bench that has
+    some `lanes` of the ground, and beginning at the nominal model's refit there."""
     parts = problem.hypothesis.nominal
     (paper,) = refit(model, bench, [nominal.point], [model.nuisances()], iterations=STEPS)
     best, least = Chosen(problem, model, ground, None, 1.0), 1.0
-    for words, contact in gradual_contacts(float(np.asarray(parts.contact.k1))).items():
+    for rival in gradual_contacts(float(np.asarray(parts.contact.k1))):
         hypothesis = dataclasses.replace(
-            problem.hypothesis, nominal=dataclasses.replace(parts, contact=contact)
+            problem.hypothesis, nominal=dataclasses.replace(parts, contact=rival.contact)
         )
         other = dataclasses.replace(problem, hypothesis=hypothesis)
         its = Model(other, workers)
@@ -72,11 +88,12 @@ def choose_contact(
         if _ratio(found, paper) < 1:
             found = released(its, bench, found)
         ratio = _ratio(found, paper)
-        preferred = PREFERRED_WIDER if isinstance(contact, IwanContact) else PREFERRED
-        if ratio < min(least, preferred):
-            point = dataclasses.replace(found.point, own=ground.point.own, widths=ground.point.widths)
+        if ratio < min(least, rival.preferred):
+            own = ground.point.own.copy()
+            own[lanes] = found.point.own
+            point = dataclasses.replace(found.point, own=own, widths=ground.point.widths)
             moved = dataclasses.replace(ground, point=point)
-            best, least = Chosen(other, its, moved, words, ratio), ratio
+            best, least = Chosen(other, its, moved, rival.words, ratio), ratio
     return best
 
 

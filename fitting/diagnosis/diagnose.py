@@ -122,7 +122,8 @@ def _on_another_contact(
 ) -> tuple[Chosen, Survey]:
     """The contact that the records ask for, and the survey on it; the paper's contact where another explains
     no more. Where an effect suffices, another contact must do without any what that effect does."""
-    other = choose_contact(paper.problem, paper.model, paper.ground, bench, seen.nominal, workers)
+    problem, model, base = paper.problem, paper.model, paper.ground
+    other = choose_contact(problem, model, base, bench, held.fitted, seen.nominal, workers)
     if other.words is None:
         return paper, seen
     again = survey(other.model, bench, part(other.ground.point, held.fitted), progress)

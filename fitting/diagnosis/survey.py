@@ -23,9 +23,9 @@ PROMISING = 15.0
 FINALISTS = 6
 LEADING = 6
 REACH = 4.0
-"""Lost lanes are looked after in the leading explanations, those with the lowest typical cost of a lane (times
-what the wandering costs), where that is less than so many times the lowest: a single lost lane hides what an
-explanation is worth."""
+"""Lost lanes are looked after in the leading explanations, those with the lowest typical cost of a lane and
+of the wandering, where that is less than so many times the lowest: one lost lane hides what an explanation is
+worth."""
 NEAR = 0.95
 """An explanation that leaves hardly less has nothing to lend to another; to the nominal model it always has,
 for that one can do no better than what contains it."""

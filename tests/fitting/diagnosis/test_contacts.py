@@ -49,7 +49,9 @@ def looked_at(contact: AbstractContact | None) -> tuple[Model, Ground, Refit, Ch
     model = Model(problem, settings.workers)
     base = ground(problem, model, settings, Silent())
     (nominal,) = refit(model, base.bench, [base.point], [model.nuisances()])
-    return model, base, nominal, choose_contact(problem, model, base, base.bench, nominal, settings.workers)
+    lanes = np.arange(len(base.bench.lanes))
+    chosen = choose_contact(problem, model, base, base.bench, lanes, nominal, settings.workers)
+    return model, base, nominal, chosen
 
 
 @pytest.mark.parametrize(
