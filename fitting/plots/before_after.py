@@ -12,6 +12,8 @@ from jaxstick.plots.style import (
     BAND,
     FITTED,
     HALO,
+    Margins,
+    framed,
     legend_above,
     length_unit,
     new_figure,
@@ -25,6 +27,8 @@ CYCLES = 2.0
 WINDOW_SAMPLES = 1000
 MOST_MARKERS = 350
 MOST_COLUMNS = 300
+MARGINS = Margins(left=0.75, right=0.12, bottom=0.48, top=0.3, across=0.8, down=0.75)
+"""Numbers on the axes have at most six characters, in units that make them so."""
 
 
 def before_after(trace: Trace, frequency: float | None) -> Figure:
@@ -44,6 +48,7 @@ def before_after(trace: Trace, frequency: float | None) -> Figure:
         legend_above(panels[0][1])
         legend_above(panels[1][0])
         panels[0][0].set_title(trace.file + (", held out" if trace.held_out else ""))
+        framed(figure, MARGINS, columns=2, rows=2)
     return figure
 
 

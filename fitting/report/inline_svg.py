@@ -12,7 +12,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 
 from fitting.plots.residual_force import DIVERGING
-from jaxstick.plots.style import SERIES, legend_above, new_figure, style
+from jaxstick.plots.style import SERIES, Margins, framed, legend_above, new_figure, style
 
 COLOURS = {
     "#000000": "ink",
@@ -42,10 +42,12 @@ def draw(
     description: str,
     legend: bool = False,
     height: float = HEIGHT,
+    margins: Margins | None = None,
 ) -> Markup:
     """One panel as an `<svg>` element with a title for those who cannot see it.
 
-    name: unique on the page; every id begins with it. Text stays text, in the page's font.
+    name: unique on the page; every id begins with it; margins: where they need not be found from the labels.
+    Text stays text, in the page's font.
     """
     with style(), rc_context(_SETTINGS):  # pyright: ignore[reportArgumentType]
         figure = new_figure(WIDTH, height)
@@ -53,6 +55,8 @@ def draw(
         panel(axes)
         if legend:
             legend_above(axes)
+        if margins is not None:
+            framed(figure, margins)
         stream = io.StringIO()
         no_origin = {"Date": None, "Creator": None, "Format": None, "Type": None}
         figure.savefig(stream, format="svg", transparent=True, metadata=no_origin)

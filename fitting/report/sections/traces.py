@@ -60,6 +60,7 @@ def _run(trace: Trace, frequency: float | None, shares: Mapping[str, float], nam
                 partial(panels.friction_left, trace=trace),
             )
         )
+    drawn = partial(draw, legend=True, margins=panels.MARGINS)
     facts = [] if frequency is None else [f"{frequency:.3g} Hz"]
     if trace.held_out:
         facts.append("held out")
@@ -69,7 +70,7 @@ def _run(trace: Trace, frequency: float | None, shares: Mapping[str, float], nam
         "file": trace.file,
         "facts": ", ".join(facts),
         "pictures": [
-            Picture(words, draw(panel, f"{name}-{kind}", f"{trace.file}: {words}.", legend=True))
+            Picture(words, drawn(panel, f"{name}-{kind}", f"{trace.file}: {words}."))
             for kind, words, panel in drawings
         ],
     }
