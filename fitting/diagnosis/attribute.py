@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from fitting.diagnosis.contest import Explanation, best_of, contest
-from fitting.diagnosis.judge import Account, Judgement, judge, suffices
+from fitting.diagnosis.judge import Account, Judgement, judge, leaves_nothing, suffices
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Refit, refit
 from fitting.diagnosis.release import borrowed
@@ -20,6 +20,8 @@ from fitting.progress import Progress
 SECONDS, FINAL_PAIRS = 5, 3
 """So many effects are tried beside each of the `LEADERS`, and so many of these to the end."""
 LEADERS = 2
+PROMISING = 20.0
+"""Where one effect suffices, a second is sought only if its score is so many times what scores vary by."""
 RIVAL = 2.0
 """Pairs are sought with the best effect, and with the second best where it leaves less than so many times as
 much."""
@@ -48,10 +50,12 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
     leader = found[0]
     nominal = borrowed(model, bench, nominal, leader.refit)
     floor = min(floor, floor_of(model, bench, [nominal, leader.refit]))
-    alone = suffices(nominal.misfit / floor, leader.refit.misfit / floor)
+    left = nominal.misfit / floor, leader.refit.misfit / floor
+    alone = leaves_nothing(*left)
     around = screen(model, bench, leader.refit, own_group=alone, shapes=[] if alone else first.shapes)
     inflation = float(np.median([promise.inflation for promise in around.promises]))
-    if not alone:
+    promising = max(promise.score / max(promise.inflation, 1.0) for promise in around.promises)
+    if not alone and (promising > PROMISING or not suffices(*left)):
         seconds = [e for e in found[1:LEADERS] if e.refit.misfit < RIVAL * leader.refit.misfit]
         screens = [around, *(screen(model, bench, e.refit, shapes=first.shapes) for e in seconds)]
         pairs = [

@@ -38,12 +38,17 @@ is not the cause."""
 OTHER_SHAPE = 0.04
 """The share of the excess that the right effect may leave because it has another shape than on the shelf:
 what a second effect makes of no more than that is no evidence for it, unless the two leave nothing but
-noise."""
+noise:"""
 CLEAN = 1.2
-"""A misfit that passes for noise."""
+"""no larger misfit than this, which passes for noise,"""
+REST = 0.3
+"""and at most this share of the excess that the first leaves alone: what mends a shape mends it in part."""
 SUFFICES = 0.01
-"""The share of the excess below which one effect may stay for no second one to be sought."""
 NEXT_TO_NOISE = 1.1
+"""One effect suffices where it leaves less than this share of the excess, or less than this misfit;"""
+NOTHING = 0.003
+NOISE = 1.03
+"""it leaves nothing to a second one below these."""
 UNLISTED_FLOOR = 1.2
 UNLISTED_PARAMETERS = 4
 PRIOR = {"none": 0.3, "unlisted": 0.08, "single": 0.5, "pair": 0.12}
@@ -109,10 +114,11 @@ def judge(
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
     alone = min((account.misfit for account in accounts if len(account.keys) == 1), default=nominal)
     enough = alone < 1 + OTHER_SHAPE * excess
+    clean = min(CLEAN, 1 + REST * (alone - 1))
     for account in accounts:
         single = len(account.keys) == 1
         prior = PRIOR["single"] / len(shelf) if single else PRIOR["pair"] / pairs
-        needless = enough and not single and account.misfit > CLEAN
+        needless = enough and not single and account.misfit > clean
         names.append("+".join(account.keys))
         logs.append(weight(alone if needless else account.misfit, account.parameters, prior))
     logs = _levelled(names, logs, accounts, ALIKE * excess, aliases or {})
@@ -150,8 +156,13 @@ def _levelled(
 
 
 def suffices(nominal: float, alone: float) -> bool:
-    """Whether one effect leaves so little of the excess that no second one need be sought."""
+    """Whether one effect leaves so little of the excess that the model needs no other contact."""
     return alone < max(NEXT_TO_NOISE, 1 + SUFFICES * (nominal - 1))
+
+
+def leaves_nothing(nominal: float, alone: float) -> bool:
+    """Whether one effect leaves so little of the excess that no second one need be sought."""
+    return alone < max(NOISE, 1 + NOTHING * (nominal - 1))
 
 
 def pieces_of_evidence(best: float, samples: float, inflation: float) -> float:

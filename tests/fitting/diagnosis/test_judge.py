@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fitting.diagnosis.judge import Account, judge, pieces_of_evidence
+from fitting.diagnosis.judge import Account, judge, leaves_nothing, pieces_of_evidence, suffices
 
 SHELF = [f"effect_{n}" for n in range(36)]
 SAMPLES = 16000.0
@@ -59,6 +59,20 @@ def test_a_second_effect_that_mends_the_shape_of_the_first_is_not_named():
     clean = Account((SHELF[0], SHELF[1]), 1.0, 2)
     found = judge(400.0, [account(0, 7.0), account(1, 300.0), clean], SAMPLES, 1.5, SHELF)
     assert found.verdict == "several"
+
+
+def test_a_small_second_effect_is_named_where_it_takes_nearly_all_that_is_left():
+    """Not where it takes half of it: that much a parameter more makes of another shape."""
+    for left, verdict in ((1.005, "several"), (1.05, "effect")):
+        pair = Account((SHELF[0], SHELF[1]), left, 2)
+        found = judge(4.0, [account(0, 1.09), account(1, 3.9), pair], SAMPLES, 1.5, SHELF)
+        assert found.verdict == verdict
+
+
+def test_what_suffices_may_still_leave_something_to_a_second_effect():
+    assert suffices(4.0, 1.09) and not leaves_nothing(4.0, 1.09)
+    assert leaves_nothing(4.0, 1.02) and leaves_nothing(400.0, 2.0)
+    assert not suffices(4.0, 1.2) and not leaves_nothing(400.0, 3.0)
 
 
 def test_more_parameters_cost_more():
