@@ -22,6 +22,8 @@ MANY = 0.2
 """Where more than this share of the lanes is lost, the model is wrong rather than its starts."""
 BETTER = 0.9
 TURNS = 2
+WORTHWHILE = 0.98
+"""What a first turn has to leave of the misfit for there to be a second one."""
 A_LITTLE = 1e-3
 """Friction that wanders by as little has lost no event."""
 
@@ -34,10 +36,11 @@ def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: b
     again from points scattered around what the record says.
     """
     for turn in range(TURNS):
-        found = _released(model, bench, fit, seed + turn, wander)
-        if not found.misfit < fit.misfit:
+        before, found = fit.misfit, _released(model, bench, fit, seed + turn, wander)
+        if found.misfit < before:
+            fit = found
+        if not found.misfit < WORTHWHILE * before:
             break
-        fit = found
     return fit
 
 

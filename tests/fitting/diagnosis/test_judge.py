@@ -8,7 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fitting.diagnosis.judge import Account, judge, leaves_nothing, pieces_of_evidence, suffices
+from fitting.diagnosis.judge import (
+    LEAST_INFLATION,
+    Account,
+    judge,
+    leaves_nothing,
+    pieces_of_evidence,
+    suffices,
+)
 
 SHELF = [f"effect_{n}" for n in range(36)]
 SAMPLES = 16000.0
@@ -54,10 +61,10 @@ def test_a_pair_is_named_where_one_alone_leaves_a_gap():
 
 def test_a_second_effect_that_mends_the_shape_of_the_first_is_not_named():
     pair = Account((SHELF[0], SHELF[1]), 3.0, 2)
-    found = judge(400.0, [account(0, 7.0), account(1, 300.0), pair], SAMPLES, 1.5, SHELF)
+    found = judge(400.0, [account(0, 6.0), account(1, 300.0), pair], SAMPLES, 1.5, SHELF)
     assert (found.verdict, found.named) == ("effect", (SHELF[0],))
     clean = Account((SHELF[0], SHELF[1]), 1.0, 2)
-    found = judge(400.0, [account(0, 7.0), account(1, 300.0), clean], SAMPLES, 1.5, SHELF)
+    found = judge(400.0, [account(0, 6.0), account(1, 300.0), clean], SAMPLES, 1.5, SHELF)
     assert found.verdict == "several"
 
 
@@ -65,7 +72,7 @@ def test_a_small_second_effect_is_named_where_it_takes_nearly_all_that_is_left()
     """Not where it takes half of it: that much a parameter more makes of another shape."""
     for left, verdict in ((1.005, "several"), (1.05, "effect")):
         pair = Account((SHELF[0], SHELF[1]), left, 2)
-        found = judge(4.0, [account(0, 1.09), account(1, 3.9), pair], SAMPLES, 1.5, SHELF)
+        found = judge(8.0, [account(0, 1.09), account(1, 7.9), pair], SAMPLES, 1.5, SHELF)
         assert found.verdict == verdict
 
 
@@ -96,8 +103,8 @@ def test_probabilities_add_up_and_are_never_certain(nominal, misfits, inflation,
 
 
 def test_correlated_and_biased_residuals_are_fewer_pieces_of_evidence():
-    clean = pieces_of_evidence(1.0, SAMPLES, 2.0)
-    assert clean == pytest.approx(SAMPLES / 2)
+    clean = pieces_of_evidence(1.0, SAMPLES, 1.0)
+    assert clean == pytest.approx(SAMPLES / LEAST_INFLATION)
     assert pieces_of_evidence(1.0, SAMPLES, 20.0) == pytest.approx(SAMPLES / 20)
     assert pieces_of_evidence(1.3, SAMPLES, 2.0) < clean / 50
     assert math.isfinite(pieces_of_evidence(1e6, SAMPLES, 2.0))
