@@ -15,7 +15,7 @@ from fitting.diagnosis.wander import LEAST, OWN, START
 from fitting.problem import pose
 from fitting.settings import Settings
 from jaxstick.parts.drive import SineDrive
-from tests.fitting.reference_data import TRUTH, dataset, noisy, own_run
+from tests.fitting.reference_data import TRUTH, WRONG, dataset, noisy, own_run
 
 SUBSTEPS = 16
 LOST = slice(4, 7)
@@ -25,7 +25,7 @@ LOST = slice(4, 7)
 def fitted() -> tuple[Model, Bench, Refit]:
     """A record of the 1987 rig, its lanes fitted from the true constants on."""
     run = noisy(own_run(SineDrive(1.5, 10.325e-3), samples=1000), np.random.default_rng(3))
-    problem = pose(dataset(run, assumed=TRUTH), Settings(workers=2))
+    problem = pose(dataset(run, assumed=WRONG), Settings(workers=2))
     model, samples = Model(problem, 2), length(problem)
     segments, phases = cut_in_step(problem.chosen, samples)
     bench = lay(problem, segments, phases, SUBSTEPS, samples, samples // 4)
