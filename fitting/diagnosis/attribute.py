@@ -54,8 +54,8 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
     alone = leaves_nothing(*left)
     around = screen(model, bench, leader.refit, own_group=alone, shapes=[] if alone else first.shapes)
     inflation = float(np.median([promise.inflation for promise in around.promises]))
-    promising = max(promise.score / max(promise.inflation, 1.0) for promise in around.promises)
-    if not alone and (promising > PROMISING or not suffices(*left)):
+    promising = any(promise.standing > PROMISING for promise in around.promises)
+    if not alone and (promising or not suffices(*left)):
         seconds = [e for e in found[1:LEADERS] if e.refit.misfit < RIVAL * leader.refit.misfit]
         screens = [around, *(screen(model, bench, e.refit, shapes=first.shapes) for e in seconds)]
         pairs = [

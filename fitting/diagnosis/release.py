@@ -1,4 +1,5 @@
-"""Lanes caught on the wrong side of an event are freed: settled again from many starts."""
+"""Lanes caught on the wrong side of an event are freed: settled again from where the lane before each
+passes by, or from many starts."""
 
 from __future__ import annotations
 
@@ -59,9 +60,10 @@ def _released(model: Model, bench: Bench, fit: Refit, seed: int, wander: bool) -
         own[some[better]], cost[some[better]] = found[best[better]], costs[best[better]]
         return some[~better]
 
-    left, sweeps = lost, 0
-    while len(left) and sweeps < SWEEPS:
-        sweeps += 1
+    left = lost
+    for _ in range(SWEEPS):
+        if not len(left):
+            break
         handed, known = _handed_on(model, bench, dataclasses.replace(fit.point, own=own), left)
         if not known.any():
             break

@@ -48,6 +48,11 @@ class Promise:
     information: np.ndarray
     second: Promise | None = None
 
+    @property
+    def standing(self) -> float:
+        """The score over what scores vary by from lane to lane, as noise does at least."""
+        return self.score / max(self.inflation, 1.0)
+
 
 @dataclasses.dataclass(frozen=True)
 class Screen:
@@ -63,7 +68,7 @@ class Screen:
     def ranked(self) -> list[Promise]:
         """The promises by the better of two places: by score, and by score over its inflation. Where the gap
         is large, scores are high that vary much from lane to lane."""
-        robust = sorted(self.promises, key=lambda promise: -promise.score / max(promise.inflation, 1.0))
+        robust = sorted(self.promises, key=lambda promise: -promise.standing)
         in_turn = itertools.chain.from_iterable(zip(self.promises, robust, strict=True))
         return list({promise.key: promise for promise in in_turn}.values())
 

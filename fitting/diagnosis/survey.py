@@ -73,7 +73,6 @@ def freed(
 ) -> list[Explanation]:
     """The explanations, the best first; of the leading ones lost lanes are freed, and they borrow from the
     best."""
-
     dof = bench.dof()
 
     def typical(e: Explanation) -> float:
@@ -98,7 +97,7 @@ def freed(
     found = sifted(explanations, typical, lambda e: released(model, bench, e.refit))
     leader = min(found, key=misfit).refit
     found = sifted(found, misfit, lambda e: borrowed(model, bench, e.refit, leader, NEAR))
-    return sorted(found, key=lambda e: e.refit.misfit)
+    return sorted(found, key=misfit)
 
 
 def aliases(model: Model, seen: Screen) -> dict[str, list[str]]:
@@ -119,7 +118,7 @@ def _short_list(model: Model, seen: Screen) -> list[Promise]:
     chosen = [
         promise.key
         for place, promise in enumerate(seen.ranked[:SHORT_LIST])
-        if place < SHORTEST_LIST or promise.score > PROMISING * max(promise.inflation, 1.0)
+        if place < SHORTEST_LIST or promise.standing > PROMISING
     ]
     same = aliases(model, seen)
     wanted = {*chosen, *(other for key in chosen for other in same[key])}

@@ -9,15 +9,8 @@ import pytest
 
 from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.findings import Diagnosis
-from fitting.diagnosis.ground import ground
-from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import refit
-from fitting.diagnosis.release import released
 from fitting.diagnosis.save import save_diagnosis
 from fitting.diagnosis.settings import DiagnosisSettings
-from fitting.problem import pose
-from fitting.progress import Silent
-from fitting.settings import Settings
 from jaxstick.effects.cubic_stiffness import CubicStiffness
 from jaxstick.errors import UserError
 from jaxstick.output import OutputFolder
@@ -65,15 +58,11 @@ def test_the_cause_is_named_with_its_size(hardened):
 
 
 def test_an_effect_that_is_stated_is_part_of_the_model():
-    """What every diagnosis begins with fits the records, and the effect is no candidate any more."""
     stated = {"cubic_stiffness": {"coefficient": COEFFICIENT}}
-    settings = Settings(workers=2)
-    problem = pose(dataclasses.replace(records(COEFFICIENT, 1), effects=stated), settings)
-    model = Model(problem, settings.workers)
-    assert "cubic_stiffness" not in model.shelf.effects
-    base = ground(problem, model, settings, Silent())
-    (nominal,) = refit(model, base.bench, [base.point], [model.nuisances()])
-    assert released(model, base.bench, nominal).misfit < 1.1
+    data = dataclasses.replace(records(COEFFICIENT, 1), effects=stated)
+    found = diagnose(data, DiagnosisSettings(hold_out=(HELD_OUT,), workers=2))
+    assert found.verdict == "none"
+    assert "cubic_stiffness" not in found.probabilities
 
 
 def test_the_gap_closes_on_the_run_that_took_no_part(hardened):

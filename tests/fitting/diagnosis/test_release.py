@@ -35,11 +35,11 @@ def fitted() -> tuple[Model, Bench, Refit]:
     return model, bench, released(model, bench, fit, wander=False)
 
 
-def spoilt(fitted: tuple[Model, Bench, Refit]) -> Refit:
-    """The fit with some lanes, one after another, thrown far from where they were."""
+def spoilt(fitted: tuple[Model, Bench, Refit], lanes: slice) -> Refit:
+    """The fit with some lanes thrown far from where they were."""
     model, bench, fit = fitted
     own = fit.point.own.copy()
-    own[LOST, :START] += np.array([2e-4, 0.05, -6.0])
+    own[lanes, :START] += np.array([2e-4, 0.05, -6.0])
     point = dataclasses.replace(fit.point, own=own)
     (found,) = refit(model, bench, [point], [fit.free], iterations=0, wander=False)
     return found
@@ -49,7 +49,7 @@ def test_a_lane_goes_on_where_the_one_before_it_passes_by(fitted, monkeypatch):
     """Without any other start, also where several follow one another."""
     model, bench, fit = fitted
     assert fit.misfit < 1.2
-    lost = spoilt(fitted)
+    lost = spoilt(fitted, LOST)
     assert np.all(lost.cost[LOST] > 20 * fit.cost[LOST])
     monkeypatch.setattr("fitting.diagnosis.release.MANY", 0.0)
     again = released(model, bench, lost, wander=False)
@@ -60,10 +60,7 @@ def test_a_lane_goes_on_where_the_one_before_it_passes_by(fitted, monkeypatch):
 def test_a_first_lane_is_freed_by_scattered_starts(fitted):
     """No lane goes before it."""
     model, bench, fit = fitted
-    own = fit.point.own.copy()
-    own[0, :START] += np.array([2e-4, 0.05, -6.0])
-    point = dataclasses.replace(fit.point, own=own)
-    (lost,) = refit(model, bench, [point], [fit.free], iterations=0, wander=False)
+    lost = spoilt(fitted, slice(1))
     assert lost.cost[0] > 20 * fit.cost[0]
     assert released(model, bench, lost, wander=False).cost[0] < 1.2 * fit.cost[0]
 
