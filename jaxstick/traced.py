@@ -10,7 +10,6 @@ import contextlib
 import functools
 import hashlib
 import os
-import sys
 import threading
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Mapping
@@ -22,6 +21,7 @@ import numpy as np
 
 from jaxstick.errors import UserError
 from jaxstick.output import atomic_write_bytes
+from jaxstick.sources import digest
 
 NAME = "traced-{}-cache"
 """What a kept program's file is called; files that end like this are thrown away when they are the oldest."""
@@ -59,7 +59,7 @@ class Traced:
         folder = jax.config.jax_compilation_cache_dir  # pyright: ignore[reportAttributeAccessIssue]
         if folder is None:
             return jax.jit(flat, compiler_options=self._options)
-        written = f"{jax.__version__} {jax.default_backend()} {self._code()} {structure} {shapes}"
+        written = f"{jax.__version__} {jax.default_backend()} {self._code(structure)} {structure} {shapes}"
         file = Path(folder) / NAME.format(hashlib.sha256(written.encode()).hexdigest())
         exported = _read(file)
         if exported is None:
@@ -69,11 +69,11 @@ class Traced:
             _write(file, bytes(exported.serialize()))
         return jax.jit(exported.call, compiler_options=self._options)
 
-    def _code(self) -> str:
-        """A digest of everything that the function may be made of: its package and this one."""
-        packages = {__name__.partition(".")[0], self._function.__module__.partition(".")[0]}
+    def _code(self, structure: Any) -> str:
+        """The function's name, and a digest of all code that it may be made of: that of its module, and of
+        the classes among its arguments."""
         name = f"{self._function.__module__}.{self._function.__qualname__}"
-        return " ".join([name, *(_digest(package) for package in sorted(packages))])
+        return f"{name} {digest({self._function.__module__, *_modules(structure)})}"
 
 
 def traced(options: Mapping[str, Any]) -> Callable[[Callable[..., Any]], Traced]:
@@ -81,16 +81,11 @@ def traced(options: Mapping[str, Any]) -> Callable[[Callable[..., Any]], Traced]
     return lambda function: Traced(function, options)
 
 
-@functools.cache
-def _digest(package: str) -> str:
-    """A digest of the sources of a package that has been imported."""
-    digest = hashlib.sha256()
-    file = sys.modules[package].__file__
-    assert file is not None
-    top = Path(file).parent
-    for path in sorted(top.rglob("*.py")):
-        digest.update(f"{path.relative_to(top)}\n".encode() + path.read_bytes())
-    return digest.hexdigest()
+def _modules(structure: Any) -> set[str]:
+    """The modules that define the classes in the structure of a tree."""
+    node = structure.node_data()
+    here = set() if node is None else {node[0].__module__}
+    return here.union(*(_modules(child) for child in structure.children()))
 
 
 def _read(file: Path) -> jax.export.Exported | None:

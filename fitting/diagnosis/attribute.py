@@ -13,7 +13,7 @@ from fitting.diagnosis.refit import Bench, Refit, refit
 from fitting.diagnosis.release import borrowed
 from fitting.diagnosis.repeatability import floor_of, wanders
 from fitting.diagnosis.screen import Screen, Shapes, screen
-from fitting.diagnosis.survey import FINALISTS, Survey, aliases, freed
+from fitting.diagnosis.survey import FINALISTS, STRONG, Survey, aliases, freed, second_look
 from fitting.diagnosis.wander import LEAST, OWN, START
 from fitting.progress import Progress
 
@@ -22,6 +22,8 @@ SECONDS, FINAL_PAIRS = 5, 3
 LEADERS = 2
 PROMISING = 20.0
 """Where one effect suffices, a second is sought only if its score is so many times what scores vary by."""
+INSTEAD = 3
+"""So many effects are tried in the place of each of the two of the best pair."""
 RIVAL = 2.0
 """Pairs are sought with the best effect, and with the second best where it leaves less than so many times as
 much."""
@@ -63,7 +65,15 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
             for base, beside in zip(found, screens, strict=False)
             for pair in contest(model, bench, base.refit, beside.ranked[:SECONDS], FINAL_PAIRS, progress)
         ]
-        found += freed(model, bench, best_of(pairs), LEADERS)
+        both = freed(model, bench, best_of(pairs), LEADERS)
+        if both[0].refit.misfit < STRONG * leader.refit.misfit:
+            others = [
+                other
+                for key in both[0].keys
+                for other in second_look(model, bench, both, key, INSTEAD, first.shapes, progress)
+            ]
+            both = freed(model, bench, best_of([*both, *others]), LEADERS)
+        found += both
     found.sort(key=lambda explanation: explanation.refit.misfit)
     floor = min(floor, floor_of(model, bench, [found[0].refit]))
     accounts = [

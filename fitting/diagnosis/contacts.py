@@ -1,48 +1,57 @@
 """Which contact: the paper's, or one that gives way gradually, where no single effect explains the records.
 
 How a contact yields is a property of every pair of surfaces, no fault of the rig: a bristle under the wrong
-name would make every effect look unlikely. The contact is chosen on the nominal model, and all effects are
-then tried on the one chosen.
+name would make every effect look unlikely. The contact is chosen on the nominal model and on the effects that
+lead, for a strong effect hides what the contact does; all effects are then tried on the one chosen.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.model import Model
+from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.refit import Bench, Point, Refit, refit
 from fitting.diagnosis.release import released
 from fitting.problem import Problem
 from jaxstick.parts.contact import AbstractContact
 from jaxstick.parts.gradual import ElastoPlasticContact, IwanContact, LuGreContact
 
+WORTH_TRYING = 0.85
+"""A contact is worth a survey if lanes cost less than this share of what they do under the paper's."""
 PREFERRED = 0.6
-"""Another contact is taken only if lanes cost less than this share of what they do, on the mean;"""
+"""It is taken if the survey then leaves less than this share of the excess over the floor that it leaves on
+the paper's,"""
 PREFERRED_WIDER = 0.85
 """or this one, if the paper's is a case of it."""
 STEPS = 8
+HOPEFUL = 2.0
+"""Lost lanes are looked after under a contact unless lanes cost more than so many times what they do."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Chosen:
     """A problem with the contact chosen, its model, and the ground carried over to it. `words` say which
-    contact it is, None for the paper's; `ratio` is the mean ratio of the lanes' costs to those under it."""
+    contact it is, None for the paper's; `ratio` is the mean ratio of the lanes' costs to those under it
+    (the lowest there is for a hypothesis that was tried on both), and `preferred` the share of the excess that the contact must not leave."""
 
     problem: Problem
     model: Model
     ground: Ground
-    words: str | None
-    ratio: float
+    words: str | None = None
+    ratio: float = 1.0
+    preferred: float = 1.0
 
 
 @dataclasses.dataclass(frozen=True)
 class Rival:
-    """A contact that is tried besides the paper's: what a report calls it, and the share of what lanes cost
-    under the paper's below which it is taken."""
+    """A contact that is tried besides the paper's: what a report calls it, and the share of the excess
+    below which it is taken."""
 
     words: str
     contact: AbstractContact
@@ -70,41 +79,63 @@ def choose_contact(
     ground: Ground,
     bench: Bench,
     lanes: np.ndarray,
-    nominal: Refit,
+    fits: Sequence[Refit],
     workers: int,
 ) -> Chosen:
-    """The contact that the records ask for, judged by the mean ratio of the lanes' costs on a bench that has
-    some `lanes` of the ground, and beginning at the nominal model's refit there."""
+    """The contact that the records may ask for, on a bench that has some `lanes` of the ground.
+
+    Every contact is tried on each of the fits under the paper's: the nominal model's, and those of effects
+    that may act beside it. Of those on which lanes cost less than
+    `WORTH_TRYING` the one on which they cost least is chosen.
+    """
     parts = problem.hypothesis.nominal
-    (paper,) = refit(model, bench, [nominal.point], [model.nuisances()], iterations=STEPS)
-    best, least = Chosen(problem, model, ground, None, 1.0), 1.0
+    paper = refit(model, bench, [fit.point for fit in fits], [fit.free for fit in fits], iterations=STEPS)
+    best, least = Chosen(problem, model, ground), math.inf
     for rival in gradual_contacts(float(np.asarray(parts.contact.k1))):
         hypothesis = dataclasses.replace(
             problem.hypothesis, nominal=dataclasses.replace(parts, contact=rival.contact)
         )
         other = dataclasses.replace(problem, hypothesis=hypothesis)
         its = Model(other, workers)
-        (found,) = refit(its, bench, [carried(paper.point, model, its)], [its.nuisances()], iterations=STEPS)
-        if _ratio(found, paper) < 1:
-            found = released(its, bench, found)
-        ratio = _ratio(found, paper)
-        if ratio < min(least, rival.preferred):
+        points = [carried(fit.point, model, its) for fit in paper]
+        found = refit(its, bench, points, [_freed(fit, model, its) for fit in paper], iterations=STEPS)
+        one, before = min(zip(found, paper, strict=True), key=lambda pair: _typical(pair[0]))
+        ratio = min(_ratio(fit, under) for fit, under in zip(found, paper, strict=True))
+        if _ratio(one, before) < HOPEFUL:
+            one = released(its, bench, one)
+            ratio = min(ratio, _ratio(one, before))
+        if ratio < WORTH_TRYING and _typical(one) < least:
             own = ground.point.own.copy()
-            own[lanes] = found.point.own
-            point = dataclasses.replace(found.point, own=own, widths=ground.point.widths)
+            own[lanes] = one.point.own
+            alone = its.without_effects(one.point.coordinates)
+            widths = ground.point.widths
+            point = dataclasses.replace(one.point, keys=(), coordinates=alone, own=own, widths=widths)
             moved = dataclasses.replace(ground, point=point)
-            best, least = Chosen(other, its, moved, rival.words, ratio), ratio
+            best = Chosen(other, its, moved, rival.words, ratio, rival.preferred)
+            least = _typical(one)
     return best
 
 
+def _typical(fit: Refit) -> float:
+    """The mean of the lanes' logarithmic costs, which a few lost lanes do not decide."""
+    return float(np.mean(np.log(fit.cost)))
+
+
 def _ratio(fit: Refit, paper: Refit) -> float:
-    """The mean ratio of the lanes' costs, which a few lost lanes do not decide."""
-    return float(np.exp(np.mean(np.log(fit.cost / paper.cost))))
+    """The mean ratio of the lanes' costs."""
+    return math.exp(_typical(fit) - _typical(paper))
 
 
 def carried(point: Point, model: Model, other: Model) -> Point:
-    """A nominal point of one model as one of another; what only the other has is at its typical value."""
+    """A point of one model as one of another; what only the other has is at its typical value."""
     coordinates = other.origin({})
-    shared = [name for name in model.common if name in other.common]
+    shared = [name for name in model.names if name in other.names]
     coordinates[other.index(*shared)] = point.coordinates[model.index(*shared)]
     return dataclasses.replace(point, coordinates=coordinates)
+
+
+def _freed(fit: Refit, model: Model, other: Model) -> np.ndarray:
+    """What is free under the other model: what is free there under every hypothesis, and the unknowns of the
+    fit's effects, as many as the program has columns for."""
+    own = [model.names[i] for i in fit.free if model.names[i] not in model.common]
+    return np.concatenate([other.nuisances(), other.index(*own)])[: COLUMNS - 1]

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.diagnosis.model import COLUMNS, Model
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.refit import ITERATIONS, Bench, Point, Refit, refit
 from fitting.diagnosis.release import settled
 from fitting.diagnosis.screen import Promise

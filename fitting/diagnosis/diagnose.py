@@ -33,6 +33,8 @@ from fitting.segments import Segment
 from fitting.settings import Settings
 from jaxstick.record import CONSTANTS, DataSet
 
+BESIDE = 2
+"""With so many of the best explanations other contacts are tried, besides with the nominal model."""
 ALIKE = 8
 """How many of the best explanations are compared with one another."""
 
@@ -65,7 +67,7 @@ def diagnose(
     begin = part(base.point, held.fitted)
     bench = resolved(model, base.bench.take(held.fitted), begin)
     seen = survey(model, bench, begin, progress)
-    chosen = Chosen(problem, model, base, None, 1.0)
+    chosen = Chosen(problem, model, base)
     if not seen.suffices or concerns_contact(model, seen.found[0].keys):
         chosen, seen = _on_another_contact(chosen, bench, seen, held, settings.workers, progress)
         problem, model, base = chosen.problem, chosen.model, chosen.ground
@@ -74,7 +76,7 @@ def diagnose(
     progress.stage("how far the gap shrinks", 3)
     shrunk = closure(problem, model, base.bench, held, _fits(found, named), base.point.own, settings.seed)
     progress.advance()
-    before, after = _finally(model, base, found, named)
+    before, after = _finally(model, base, held, found, named)
     progress.advance()
     seen_before, seen_after = (see(model, base.bench, fit.point) for fit in (before, after))
     where = localise(problem, model, base.bench, base.segments, before, seen_before, found)
@@ -120,15 +122,22 @@ def diagnose(
 def _on_another_contact(
     paper: Chosen, bench: Bench, seen: Survey, held: Split, workers: int, progress: Progress
 ) -> tuple[Chosen, Survey]:
-    """The contact that the records ask for, and the survey on it; the paper's contact where another explains
-    no more. Where an effect suffices, another contact must do without any what that effect does."""
+    """The contact that the records ask for, and the survey on it; the paper's contact where another does not
+    explain clearly more. Where an effect suffices, another contact must do without any what that effect does.
+    """
     problem, model, base = paper.problem, paper.model, paper.ground
-    other = choose_contact(problem, model, base, bench, held.fitted, seen.nominal, workers)
+    beside = [] if seen.suffices else seen.found[:BESIDE]
+    fits = [seen.nominal, *(explanation.refit for explanation in beside)]
+    other = choose_contact(problem, model, base, bench, held.fitted, fits, workers)
     if other.words is None:
         return paper, seen
     again = survey(other.model, bench, part(other.ground.point, held.fitted), progress)
-    explains = again.nominal.misfit if seen.suffices else again.least
-    return (other, again) if explains < seen.least else (paper, seen)
+    if seen.suffices:
+        explains = again.nominal.misfit < seen.least
+    else:
+        floor = min(seen.floor, again.floor)
+        explains = again.least - floor < other.preferred * (seen.least - floor)
+    return (other, again) if explains else (paper, seen)
 
 
 def _named(found: Attribution) -> Explanation | None:
@@ -152,12 +161,14 @@ def _fits(found: Attribution, named: Explanation | None) -> dict[str, Refit]:
 
 
 def _finally(
-    model: Model, base: Ground, found: Attribution, named: Explanation | None
+    model: Model, base: Ground, held: Split, found: Attribution, named: Explanation | None
 ) -> tuple[Refit, Refit]:
     """The nominal model and the named explanation, each fitted once more to everything there is."""
 
     def begin(fit: Refit) -> Point:
-        return dataclasses.replace(fit.point, own=base.point.own)
+        own = base.point.own.copy()
+        own[held.fitted] = fit.point.own
+        return dataclasses.replace(fit.point, own=own)
 
     chosen = [found.nominal] if named is None else [found.nominal, named.refit]
     results = refit(model, base.bench, [begin(fit) for fit in chosen], [fit.free for fit in chosen])

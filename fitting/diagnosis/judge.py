@@ -58,6 +58,9 @@ DOUBT = 0.004
 ENOUGH = 0.9
 NOTABLE = 0.1
 MOST_NAMED = 4
+TOLD_APART = 2
+"""Against "unlisted", or two effects at work, so many single effects stand together: an answer that leaves
+the choice between more is none."""
 
 NONE, UNLISTED = "none", "unlisted"
 
@@ -177,7 +180,9 @@ def _verdict(explanations: Mapping[str, float]) -> tuple[Verdict, tuple[str, ...
     singles = {
         name: p for name, p in explanations.items() if name not in (NONE, UNLISTED) and "+" not in name
     }
-    if leader not in singles and sum(singles.values()) > max(explanations.values()):
+    rivals = sorted(singles.values(), reverse=True)
+    together = sum(rivals if leader == NONE else rivals[:TOLD_APART])
+    if leader not in singles and together > explanations[leader]:
         leader = max(singles, key=lambda name: singles[name])
     if leader == NONE:
         return "none", ()

@@ -12,24 +12,19 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
 
-from fitting.diagnosis.wander import OWN, START, wandering
-from fitting.lanes import Lanes, Pace, lane_motion, lane_oscillator, lane_residual
+from fitting.diagnosis.programs import COLUMNS, Pack, columns, prediction
+from fitting.diagnosis.wander import OWN
+from fitting.lanes import Lanes, Pace
 from fitting.problem import Problem, natural_size
 from fitting.unknowns import Chart, Unknown
 from jaxstick.catalogue import catalogue
-from jaxstick.compiled import QUICKLY
 from jaxstick.effect import AbstractEffect
 from jaxstick.hypothesis import Hypothesis, effects_at_null
 from jaxstick.parameter import Place, parameters
-from jaxstick.simulate import Trajectory
-from jaxstick.traced import traced
 
 GROUP = 8
 """So many effects at most share a program: the more, the fewer programs, and the longer each takes to run."""
-COLUMNS = 15
-"""How many unknowns the program takes derivatives for at once, besides what a lane has of its own."""
 PACK = 48
 ROOMS = (256, 1024)
 """Programs are compiled for lanes of so many samples, of which they compute as many as there are."""
@@ -76,17 +71,6 @@ class Job(NamedTuple):
     coordinates: np.ndarray
     own: np.ndarray
     chosen: np.ndarray
-
-
-class Pack(NamedTuple):
-    """What a program is run on: lanes with room, its pace, and for every lane coordinates, what it has of its
-    own, and the places among the coordinates of what it is differentiated by."""
-
-    lanes: Lanes
-    pace: Pace
-    coordinates: Any
-    own: Any
-    chosen: Any
 
 
 Rows = Callable[[int, int], np.ndarray]
@@ -181,6 +165,12 @@ class Model:
                 point[i] = unknown.to_coordinate(np.clip(value, unknown.lower, unknown.upper))
         return np.clip(point, self.lower, self.upper)
 
+    def without_effects(self, coordinates: np.ndarray) -> np.ndarray:
+        """These coordinates with every effect at null and in its typical shape."""
+        out, common = self.origin({}), self.nuisances()
+        out[common] = coordinates[common]
+        return out
+
     def prior(self, coordinates: np.ndarray, index: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         """Twice the negative log prior of the unknowns at `index`, half its gradient, half its curvature."""
         members = [self.members[i] for i in index]
@@ -200,7 +190,7 @@ class Model:
         def rows(reach: int, room: int) -> np.ndarray:
             return np.concatenate([channel * room + np.arange(reach) for channel in (0, 1)] + [_LAST])
 
-        return [Columns(*parts) for parts in self._in_packs(_columns, jobs, rows)]
+        return [Columns(*parts) for parts in self._in_packs(columns, jobs, rows)]
 
     def predict(
         self, keys: tuple[str, ...], lanes: Lanes, coordinates: np.ndarray, own: np.ndarray
@@ -208,7 +198,7 @@ class Model:
         """Displacement and friction as read, true velocity and friction of every lane, (lanes, samples)."""
         none = np.full((len(lanes), COLUMNS), -1)
         jobs = [Job(keys, lanes, coordinates, own, none)]
-        ((x, f, v, force),) = self._in_packs(_predict, jobs, lambda reach, room: np.arange(reach))
+        ((x, f, v, force),) = self._in_packs(prediction, jobs, lambda reach, room: np.arange(reach))
         return x, f, v, force
 
     def at(self, coordinates: np.ndarray, keys: tuple[str, ...]) -> Hypothesis:
@@ -327,36 +317,3 @@ def _in_coordinates(unknown: Unknown) -> float:
         return unknown.deviation / unknown.scale
     assert unknown.centre is not None
     return unknown.deviation / unknown.centre
-
-
-def _motion(
-    hypothesis: Hypothesis, chart: Chart, lane: Lanes, pace: Pace, coordinates: Array, own: Array
-) -> Trajectory:
-    """The motion along a lane, its friction wandering around the run's level, the last coordinate."""
-    oscillator = lane_oscillator(chart.insert(hypothesis, coordinates[:-1]), lane)
-    oscillator = wandering(oscillator, lane, coordinates[-1] + own[START], own[START + 1])
-    return lane_motion(oscillator, lane, own[:START], pace)
-
-
-@traced(QUICKLY)
-def _columns(hypothesis: Hypothesis, chart: Chart, pack: Pack) -> tuple[Array, Array]:
-    def one(lane: Lanes, point: Array, own: Array, wanted: Array) -> tuple[Array, Array]:
-        def residual(step: Array) -> tuple[Array, Array]:
-            moved = point.at[wanted].add(jnp.where(wanted >= 0, step[:COLUMNS], 0.0))
-            mine = own + step[COLUMNS:]
-            value = lane_residual(lane, _motion(hypothesis, chart, lane, pack.pace, moved, mine), mine)
-            return value, value
-
-        jacobian, value = jax.jacfwd(residual, has_aux=True)(jnp.zeros(COLUMNS + OWN))
-        return value, jacobian
-
-    return jax.vmap(one)(pack.lanes, pack.coordinates, pack.own, pack.chosen)
-
-
-@traced(QUICKLY)
-def _predict(hypothesis: Hypothesis, chart: Chart, pack: Pack) -> tuple[Array, Array, Array, Array]:
-    def one(lane: Lanes, point: Array, own: Array) -> tuple[Array, Array, Array, Array]:
-        motion = _motion(hypothesis, chart, lane, pack.pace, point, own)
-        return motion.displacement, motion.friction, motion.v, motion.force
-
-    return jax.vmap(one)(pack.lanes, pack.coordinates, pack.own)

@@ -9,7 +9,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fitting.diagnosis.model import COLUMNS, LEVEL_TOLERANCE, Columns, Job, Model
+from fitting.diagnosis.model import LEVEL_TOLERANCE, Columns, Job, Model
+from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.wander import OWN, START, allowed, likeliest
 from fitting.lanes import Lanes
 from fitting.newton import Robust, bounded_step
@@ -96,11 +97,13 @@ def refit(
     iterations: int = ITERATIONS,
     wander: bool = True,
     hopeless: float = math.inf,
+    reached: float = math.inf,
     progress: Callable[[], None] = lambda: None,
 ) -> list[Refit]:
     """Levenberg-Marquardt from each point over its own free unknowns, all searches in common passes.
     Where not `wander`, the points' widths stay as they are. A search is given up where it would still cost
-    `hopeless` times the lowest cost after `PATIENCE` more steps as good as its last."""
+    `hopeless` times the lowest cost, or one that has been `reached` elsewhere, after `PATIENCE` more steps as
+    good as its last."""
     searches = [_Search(model, bench, point, free, wander) for point, free in zip(points, frees, strict=True)]
     _evaluate(model, bench, searches, [search.point for search in searches], first=True)
     for turn in range(iterations):
@@ -108,7 +111,7 @@ def refit(
         if not going:
             break
         _evaluate(model, bench, going, [search.step() for search in going], first=False)
-        lowest = min(search.cost for search in searches)
+        lowest = min(reached, *(search.cost for search in searches))
         for search in going if turn >= LEAST_TURNS else ():
             search.over |= search.cost - PATIENCE * search.gain > hopeless * lowest
         progress()

@@ -7,7 +7,8 @@ import dataclasses
 
 import numpy as np
 
-from fitting.diagnosis.model import COLUMNS, Model
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.refit import Bench, Point, Refit, job, normal, refit
 from fitting.diagnosis.wander import FAR_OFF, OWN, START
 
@@ -137,7 +138,8 @@ def borrowed(model: Model, bench: Bench, fit: Refit, other: Refit, near: float =
         dataclasses.replace(fit.point, own=own),
         dataclasses.replace(other.point, keys=fit.point.keys, coordinates=coordinates),
     ]
-    again = refit(model, bench, points, [fit.free, fit.free])
+    reached = fit.misfit * float(bench.dof().sum())
+    again = refit(model, bench, points, [fit.free, fit.free], hopeless=1.0, reached=reached)
     return min([fit, *again], key=lambda one: one.misfit)
 
 

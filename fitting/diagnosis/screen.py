@@ -14,7 +14,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.stats import qmc
 
-from fitting.diagnosis.model import COLUMNS, Job, Model
+from fitting.diagnosis.model import Job, Model
+from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.refit import Bench, Projection, Refit, chosen_columns, job, prior_curvature
 from fitting.diagnosis.wander import allowed
 
@@ -74,11 +75,20 @@ class Screen:
 
 
 def screen(
-    model: Model, bench: Bench, at: Refit, *, own_group: bool = False, shapes: Shapes | None = None
+    model: Model,
+    bench: Bench,
+    at: Refit,
+    *,
+    own_group: bool = False,
+    shapes: Shapes | None = None,
+    instead_of: str | None = None,
 ) -> Screen:
     """Screens every effect that is not part of the fitted hypothesis yet, in its usual shape and in `shapes`,
     or in the most promising ones where these are not given; where `own_group`, only those that are attached
-    to it already, which needs no further program."""
+    to it already, which needs no further program.
+
+    `instead_of`: an effect of the hypothesis that its free unknowns do not count; what it does, to first
+    order, is added to what the others have to explain."""
     present = model.free_effects(at.free)
     among = [group for group in model.groups() if not own_group or set(group) <= set(at.point.keys)]
     groups = [tuple(key for key in group if key not in present) for group in among]
@@ -86,9 +96,14 @@ def screen(
     keys = [key for group in groups for key in group]
     places = _places([len(model.shelf.strengths[key]) for key in keys])
     given = _promising_shapes(model, bench, at, groups) if shapes is None else shapes
-    others = [{key: shape for key, shape in tried.items() if key in keys} for tried in given]
+    others = [
+        {key: shape for key, shape in tried.items() if key in keys and key != instead_of} for tried in given
+    ]
     points = [_with_shapes(model, at.point.coordinates, tried) for tried in ({}, *others)]
     common, templates = _templates(model, bench, at, groups, points)
+    if instead_of is not None:
+        strengths = at.point.coordinates[model.index(*model.shelf.strengths[instead_of])]
+        common[:, :, -1] -= templates[0][:, :, places[keys.index(instead_of)]] @ strengths
     tables = [_Table(model, bench, at, common, part) for part in templates]
     found = []
     for key, place in zip(keys, places, strict=True):

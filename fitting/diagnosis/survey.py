@@ -13,7 +13,7 @@ from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point, Refit, misfit_of, refit
 from fitting.diagnosis.release import borrowed, released
 from fitting.diagnosis.repeatability import floor_of
-from fitting.diagnosis.screen import Promise, Screen, screen
+from fitting.diagnosis.screen import Promise, Screen, Shapes, screen
 from fitting.progress import Progress
 
 SHORT_LIST = 10
@@ -26,6 +26,11 @@ REACH = 4.0
 """Lost lanes are looked after in the leading explanations, those with the lowest typical cost of a lane and
 of the wandering, where that is less than so many times the lowest: one lost lane hides what an explanation is
 worth."""
+STRONG = 0.5
+"""Where the best explanation leaves less than this share of the nominal model's misfit, what may have been
+overlooked is tried:"""
+OVERLOOKED = 2
+"""so many effects to the end."""
 NEAR = 0.95
 """An explanation that leaves hardly less has nothing to lend to another; to the nominal model it always has,
 for that one can do no better than what contains it."""
@@ -64,8 +69,41 @@ def survey(model: Model, bench: Bench, point: Point, progress: Progress) -> Surv
     progress.advance(f"{len(first.keys)} effects")
     promises = _short_list(model, first)
     found = freed(model, bench, contest(model, bench, nominal, promises, FINALISTS, progress))
+    if found[0].refit.misfit < STRONG * nominal.misfit:
+        others = second_look(model, bench, found, found[0].keys[0], 0, first.shapes, progress)
+        found = freed(model, bench, [*found, *others])
     floor = floor_of(model, bench, [nominal, found[0].refit])
     return Survey(nominal, first, tuple(found), floor)
+
+
+def second_look(
+    model: Model,
+    bench: Bench,
+    found: Sequence[Explanation],
+    key: str,
+    others: int,
+    shapes: Shapes,
+    progress: Progress,
+) -> list[Explanation]:
+    """What explains the records in place of one effect of the best explanation, sought where that one stands:
+    lanes and constants of a model without a strong effect have given way to it, and what explains it as well,
+    or better, may not show there. Tried are the effects that share a trace with that one, and so many others.
+    """
+    best, known = found[0], {frozenset(explanation.keys) for explanation in found}
+    point, own, stays = best.refit.point, model.of(key), {*best.keys} - {key}
+    new = [other for other in model.shelf.effects if frozenset({*stays, other}) not in known]
+    traces = {*model.shelf.effects[key].traces}
+    mates = [other for other in new if traces & {*model.shelf.effects[other].traces}]
+    if not mates and not others:
+        return []
+    at = dataclasses.replace(best.refit, free=best.refit.free[~np.isin(best.refit.free, own)])
+    seen = [p for p in screen(model, bench, at, shapes=shapes, instead_of=key).promises if p.key in new]
+    promises = sorted(seen, key=lambda promise: promise.key not in mates)[: len(mates) + others]
+    coordinates = point.coordinates.copy()
+    coordinates[own] = model.origin({})[own]
+    keys = model.together(tuple(stays)) if stays else ()
+    bare = dataclasses.replace(at, point=dataclasses.replace(point, keys=keys, coordinates=coordinates))
+    return contest(model, bench, bare, promises, OVERLOOKED, progress)
 
 
 def freed(

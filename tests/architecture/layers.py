@@ -57,6 +57,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("jaxstick.side_by_side",),
     ("jaxstick.formats",),
     ("jaxstick.output",),
+    ("jaxstick.sources",),
     ("jaxstick.traced",),
     ("jaxstick.record",),
     (

@@ -70,7 +70,7 @@ def test_what_cannot_be_read_is_traced_anew(folder):
 
 def test_other_code_is_another_program(folder, monkeypatch):
     assert right(Traced(counted()[0], {}))
-    monkeypatch.setattr("jaxstick.traced._digest", lambda package: "changed")
+    monkeypatch.setattr("jaxstick.traced.digest", lambda modules: "changed")
     again, times = counted()
     assert right(Traced(again, {})) and len(times) == 1
     assert len(kept(folder)) == 2

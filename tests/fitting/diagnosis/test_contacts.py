@@ -50,7 +50,7 @@ def looked_at(contact: AbstractContact | None) -> tuple[Model, Ground, Refit, Ch
     base = ground(problem, model, settings, Silent())
     (nominal,) = refit(model, base.bench, [base.point], [model.nuisances()])
     lanes = np.arange(len(base.bench.lanes))
-    chosen = choose_contact(problem, model, base, base.bench, lanes, nominal, settings.workers)
+    chosen = choose_contact(problem, model, base, base.bench, lanes, [nominal], settings.workers)
     return model, base, nominal, chosen
 
 

@@ -1,0 +1,73 @@
+"""The compiled programs of a diagnosis: residuals of lanes with their derivatives, and predictions.
+
+They stand apart from what uses them, so that programs kept from another day serve until the code of the
+programs themselves changes.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from fitting.diagnosis.wander import OWN, START, wandering
+from fitting.lanes import Lanes, Pace, lane_motion, lane_oscillator, lane_residual
+from fitting.unknowns import Chart
+from jaxstick.compiled import QUICKLY
+from jaxstick.hypothesis import Hypothesis
+from jaxstick.simulate import Trajectory
+from jaxstick.traced import traced
+
+COLUMNS = 15
+"""How many unknowns the program takes derivatives for at once, besides what a lane has of its own."""
+
+
+class Pack(NamedTuple):
+    """What a program is run on: lanes with room, its pace, and for every lane coordinates, what it has of its
+    own, and the places among the coordinates of what it is differentiated by."""
+
+    lanes: Lanes
+    pace: Pace
+    coordinates: Any
+    own: Any
+    chosen: Any
+
+
+def _motion(
+    hypothesis: Hypothesis, chart: Chart, lane: Lanes, pace: Pace, coordinates: Array, own: Array
+) -> Trajectory:
+    """The motion along a lane, its friction wandering around the run's level, the last coordinate."""
+    oscillator = lane_oscillator(chart.insert(hypothesis, coordinates[:-1]), lane)
+    oscillator = wandering(oscillator, lane, coordinates[-1] + own[START], own[START + 1])
+    return lane_motion(oscillator, lane, own[:START], pace)
+
+
+@traced(QUICKLY)
+def columns(hypothesis: Hypothesis, chart: Chart, pack: Pack) -> tuple[Array, Array]:
+    """Residuals of lanes (lanes, rows) in standard deviations, and their derivatives (lanes, rows, columns +
+    5) by the chosen unknowns and by what each lane has of its own."""
+
+    def one(lane: Lanes, point: Array, own: Array, wanted: Array) -> tuple[Array, Array]:
+        def residual(step: Array) -> tuple[Array, Array]:
+            moved = point.at[wanted].add(jnp.where(wanted >= 0, step[:COLUMNS], 0.0))
+            mine = own + step[COLUMNS:]
+            value = lane_residual(lane, _motion(hypothesis, chart, lane, pack.pace, moved, mine), mine)
+            return value, value
+
+        jacobian, value = jax.jacfwd(residual, has_aux=True)(jnp.zeros(COLUMNS + OWN))
+        return value, jacobian
+
+    return jax.vmap(one)(pack.lanes, pack.coordinates, pack.own, pack.chosen)
+
+
+@traced(QUICKLY)
+def prediction(hypothesis: Hypothesis, chart: Chart, pack: Pack) -> tuple[Array, Array, Array, Array]:
+    """Displacement and friction as read, true velocity and friction of every lane, (lanes, samples)."""
+
+    def one(lane: Lanes, point: Array, own: Array) -> tuple[Array, Array, Array, Array]:
+        motion = _motion(hypothesis, chart, lane, pack.pace, point, own)
+        return motion.displacement, motion.friction, motion.v, motion.force
+
+    return jax.vmap(one)(pack.lanes, pack.coordinates, pack.own)
