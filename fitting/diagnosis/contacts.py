@@ -37,8 +37,9 @@ HOPEFUL = 2.0
 @dataclasses.dataclass(frozen=True)
 class Chosen:
     """A problem with the contact chosen, its model, and the ground carried over to it. `words` say which
-    contact it is, None for the paper's; `ratio` is the mean ratio of the lanes' costs to those under it
-    (the lowest there is for a hypothesis that was tried on both), and `preferred` the share of the excess that the contact must not leave."""
+    contact it is, None for the paper's; `ratio` is the mean ratio of the lanes' costs to those under it, the
+    lowest there is for a hypothesis that was tried on both; `preferred` the share of the excess that the
+    contact must not leave."""
 
     problem: Problem
     model: Model
