@@ -133,7 +133,7 @@ def judge(
     for account in accounts:
         for key in account.keys:
             effects[key] += explanations["+".join(account.keys)] / len(account.keys)
-    verdict, named = _verdict(explanations)
+    verdict, named = verdict_of(explanations)
     return Judgement(explanations, effects, verdict, named)
 
 
@@ -175,7 +175,8 @@ def pieces_of_evidence(best: float, samples: float, inflation: float) -> float:
     return max(LEAST_PIECES, 1 / (correlated + max(best - 1.0, 0.0) / MISSPECIFIED))
 
 
-def _verdict(explanations: Mapping[str, float]) -> tuple[Verdict, tuple[str, ...]]:
+def verdict_of(explanations: Mapping[str, float]) -> tuple[Verdict, tuple[str, ...]]:
+    """The verdict that probabilities of explanations come to, and the effects that it names."""
     leader = max(explanations, key=lambda name: explanations[name])
     singles = {
         name: p for name, p in explanations.items() if name not in (NONE, UNLISTED) and "+" not in name

@@ -15,7 +15,7 @@ from fitting.diagnosis.wander import OWN, START, allowed, likeliest
 from fitting.lanes import Lanes
 from fitting.newton import Robust, bounded_step
 
-ITERATIONS = 14
+ITERATIONS = 30
 ENOUGH = 2e-4
 STUCK = 1e7
 PATIENCE = 8.0

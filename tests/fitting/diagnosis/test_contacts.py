@@ -17,6 +17,7 @@ from fitting.problem import pose
 from fitting.progress import Silent
 from fitting.settings import Settings
 from jaxstick.effect import AbstractEffect, Card
+from jaxstick.effects.force_gain import ForceGain
 from jaxstick.oscillator import Oscillator
 from jaxstick.parts.contact import AbstractContact
 from jaxstick.parts.drive import SineDrive
@@ -34,10 +35,15 @@ class OtherContact(AbstractEffect):
         return dataclasses.replace(oscillator, contact=self.contact)
 
 
-def looked_at(contact: AbstractContact | None) -> tuple[Model, Ground, Refit, Chosen]:
-    """Model, ground and refit of the nominal model on two noisy runs with this contact, and the choice."""
+def looked_at(
+    contact: AbstractContact | None, effect: AbstractEffect | None = None
+) -> tuple[Model, Ground, Refit, Chosen]:
+    """Model, ground, and refit of the nominal model on two noisy runs with this contact, and the choice; with
+    an effect of the shelf, that acts too, the choice beside a refit of it."""
     random = np.random.default_rng(5)
-    effects = {} if contact is None else {"contact": OtherContact(contact)}
+    effects: dict[str, AbstractEffect] = {} if contact is None else {"contact": OtherContact(contact)}
+    if effect is not None:
+        effects["effect"] = effect
     runs = [
         noisy(
             own_run(SineDrive(f, 10.325e-3), effects=dict(effects), samples=600, file=f"run-{f}.csv"), random
@@ -49,8 +55,14 @@ def looked_at(contact: AbstractContact | None) -> tuple[Model, Ground, Refit, Ch
     model = Model(problem, settings.workers)
     base = ground(problem, model, settings, Silent())
     (nominal,) = refit(model, base.bench, [base.point], [model.nuisances()])
+    fits = [nominal]
+    if effect is not None:
+        (key,) = (key for key, one in model.shelf.effects.items() if isinstance(effect, one))
+        point = dataclasses.replace(nominal.point, keys=model.together((key,)))
+        free = np.concatenate([nominal.free, model.of(key)])
+        fits += refit(model, base.bench, [point], [free])
     lanes = np.arange(len(base.bench.lanes))
-    chosen = choose_contact(problem, model, base, base.bench, lanes, [nominal], settings.workers)
+    chosen = choose_contact(problem, model, base, base.bench, lanes, fits, settings.workers)
     return model, base, nominal, chosen
 
 
@@ -71,6 +83,18 @@ def test_a_bristle_is_told_and_leaves_nothing_but_noise(contact, word):
     assert found["k1"] == pytest.approx(TRUTH["k1"], rel=0.03)
     if word == "elasto-plastic":
         assert found["contact.breakaway"] == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_strong_effect_does_not_hide_the_contact():
+    """Its own effect is taken away again from the point that the next survey begins at."""
+    _, _, nominal, chosen = looked_at(ElastoPlasticContact(TRUTH["k1"], 0.5), ForceGain(0.3))
+    assert nominal.misfit > 20
+    assert chosen.words is not None and "elasto-plastic" in chosen.words
+    point = chosen.ground.point
+    assert point.keys == ()
+    assert chosen.model.values(point.coordinates, ["force_gain.gain"])["force_gain.gain"] == 0
+    found = chosen.model.values(point.coordinates, chosen.model.common)
+    assert found["contact.breakaway"] == pytest.approx(0.5, abs=0.1)
 
 
 def test_the_contact_of_the_paper_is_kept_where_it_fits():

@@ -15,6 +15,7 @@ from fitting.diagnosis.judge import (
     leaves_nothing,
     pieces_of_evidence,
     suffices,
+    verdict_of,
 )
 
 SHELF = [f"effect_{n}" for n in range(36)]
@@ -48,6 +49,15 @@ def test_a_gap_that_nothing_closes_is_unlisted():
     found = judge(50.0, [account(0, 35.0), account(1, 40.0, 2)], SAMPLES, 20.0, SHELF)
     assert found.verdict == "unlisted"
     assert found.effects["unlisted"] > 0.8
+
+
+def test_a_choice_between_many_effects_is_no_answer():
+    """Against "unlisted" the two likeliest stand together; against "none" all do."""
+    spread = {"unlisted": 0.4, "none": 0.0, **{SHELF[n]: 0.15 for n in range(4)}}
+    assert verdict_of(spread) == ("unlisted", ())
+    verdict, named = verdict_of({**spread, "unlisted": 0.28})
+    assert verdict == "ambiguous" and set(named) == set(SHELF[:4])
+    assert verdict_of({**spread, "unlisted": 0.0, "none": 0.4})[0] == "ambiguous"
 
 
 def test_a_pair_is_named_where_one_alone_leaves_a_gap():
