@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -58,22 +59,7 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
     inflation = float(np.median([promise.inflation for promise in around.promises]))
     promising = any(promise.standing > PROMISING for promise in around.promises)
     if not alone and (promising or not suffices(*left)):
-        seconds = [e for e in found[1:LEADERS] if e.refit.misfit < RIVAL * leader.refit.misfit]
-        screens = [around, *(screen(model, bench, e.refit, shapes=first.shapes) for e in seconds)]
-        pairs = [
-            pair
-            for base, beside in zip(found, screens, strict=False)
-            for pair in contest(model, bench, base.refit, beside.ranked[:SECONDS], FINAL_PAIRS, progress)
-        ]
-        both = freed(model, bench, best_of(pairs), LEADERS)
-        if both[0].refit.misfit < STRONG * leader.refit.misfit:
-            others = [
-                other
-                for key in both[0].keys
-                for other in second_look(model, bench, both, key, INSTEAD, first.shapes, progress)
-            ]
-            both = freed(model, bench, best_of([*both, *others]), LEADERS)
-        found += both
+        found += _pairs(model, bench, found, around, first.shapes, progress)
     found.sort(key=lambda explanation: explanation.refit.misfit)
     floor = min(floor, floor_of(model, bench, [found[0].refit]))
     accounts = [
@@ -89,6 +75,35 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
         aliases(model, first),
     )
     return Attribution(nominal, tuple(found), first, judgement, inflation, floor)
+
+
+def _pairs(
+    model: Model,
+    bench: Bench,
+    found: Sequence[Explanation],
+    around: Screen,
+    shapes: Shapes,
+    progress: Progress,
+) -> list[Explanation]:
+    """Two effects together, the best first: what promises most beside the best single effects (`around` is
+    the screening beside the very best), and what does in the place of either of the best two."""
+    leader = found[0].refit
+    seconds = [e for e in found[1:LEADERS] if e.refit.misfit < RIVAL * leader.misfit]
+    screens = [around, *(screen(model, bench, e.refit, shapes=shapes) for e in seconds)]
+    pairs = [
+        pair
+        for base, beside in zip(found, screens, strict=False)
+        for pair in contest(model, bench, base.refit, beside.ranked[:SECONDS], FINAL_PAIRS, progress)
+    ]
+    pairs = freed(model, bench, best_of(pairs), LEADERS)
+    if pairs[0].refit.misfit >= STRONG * leader.misfit:
+        return pairs
+    others = [
+        other
+        for key in pairs[0].keys
+        for other in second_look(model, bench, pairs, key, INSTEAD, shapes, progress)
+    ]
+    return freed(model, bench, best_of([*pairs, *others]), LEADERS)
 
 
 def _with_still_friction(
