@@ -47,7 +47,8 @@ def enlarged() -> tuple[Model, Ground]:
 
 
 def test_an_effect_with_the_same_trace_is_found_where_the_other_stands(enlarged):
-    """Springs and mass that are off do what a gain does; in their place the gain leaves no more than they."""
+    """Springs and mass that are off do what a gain does; in their place the gain leaves no more than they.
+    How large it is depends on mass and springs within their tolerance."""
     model, base = enlarged
     (nominal,) = refit(model, base.bench, [base.point], [model.nuisances()])
     promise = next(p for p in screen(model, base.bench, nominal, shapes=[]).promises if p.key == KEY)
@@ -60,4 +61,4 @@ def test_an_effect_with_the_same_trace_is_found_where_the_other_stands(enlarged)
     gain = found[MATE,].refit
     assert gain.misfit < 1.2
     value = model.values(gain.point.coordinates, [f"{MATE}.gain"])[f"{MATE}.gain"]
-    assert value == pytest.approx(0.06, abs=0.01)
+    assert value == pytest.approx(0.06, abs=0.02)
