@@ -15,8 +15,7 @@ import numpy as np
 
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import Bench, Point, Refit, refit
+from fitting.diagnosis.refit import Bench, Point, Refit, refit, within_columns
 from fitting.diagnosis.release import released
 from fitting.problem import Problem
 from jaxstick.parts.contact import AbstractContact
@@ -86,8 +85,8 @@ def choose_contact(
     """The contact that the records may ask for, on a bench that has some `lanes` of the ground.
 
     Every contact is tried on each of the fits under the paper's: the nominal model's, and those of effects
-    that may act beside it. Of those on which lanes cost less than
-    `WORTH_TRYING` the one on which they cost least is chosen.
+    that may act beside it. Of those on which lanes cost less than `WORTH_TRYING` the
+    one on which they cost least is chosen.
     """
     parts = problem.hypothesis.nominal
     paper = refit(model, bench, [fit.point for fit in fits], [fit.free for fit in fits], iterations=STEPS)
@@ -99,7 +98,7 @@ def choose_contact(
         other = dataclasses.replace(problem, hypothesis=hypothesis)
         its = Model(other, workers)
         points = [carried(fit.point, model, its) for fit in paper]
-        found = refit(its, bench, points, [_freed(fit, model, its) for fit in paper], iterations=STEPS)
+        found = refit(its, bench, points, [_free(fit, model, its) for fit in paper], iterations=STEPS)
         one, before = min(zip(found, paper, strict=True), key=lambda pair: _typical(pair[0]))
         ratio = min(_ratio(fit, under) for fit, under in zip(found, paper, strict=True))
         if _ratio(one, before) < HOPEFUL:
@@ -108,7 +107,7 @@ def choose_contact(
         if ratio < WORTH_TRYING and _typical(one) < least:
             own = ground.point.own.copy()
             own[lanes] = one.point.own
-            alone = its.without_effects(one.point.coordinates)
+            alone = its.without(one.point.coordinates, its.shelf.effects)
             widths = ground.point.widths
             point = dataclasses.replace(one.point, keys=(), coordinates=alone, own=own, widths=widths)
             moved = dataclasses.replace(ground, point=point)
@@ -135,8 +134,8 @@ def carried(point: Point, model: Model, other: Model) -> Point:
     return dataclasses.replace(point, coordinates=coordinates)
 
 
-def _freed(fit: Refit, model: Model, other: Model) -> np.ndarray:
+def _free(fit: Refit, model: Model, other: Model) -> np.ndarray:
     """What is free under the other model: what is free there under every hypothesis, and the unknowns of the
     fit's effects, as many as the program has columns for."""
     own = [model.names[i] for i in fit.free if model.names[i] not in model.common]
-    return np.concatenate([other.nuisances(), other.index(*own)])[: COLUMNS - 1]
+    return within_columns(other.nuisances(), other.index(*own))

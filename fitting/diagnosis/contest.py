@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import ITERATIONS, Bench, Point, Refit, refit
+from fitting.diagnosis.refit import ITERATIONS, Bench, Point, Refit, refit, within_columns
 from fitting.diagnosis.release import settled
 from fitting.diagnosis.screen import Promise
 from fitting.diagnosis.wander import LEAST
@@ -53,7 +52,7 @@ def contest(
     heat = bench.take(few)
     points, frees, owners = [], [], []
     for promise in promises:
-        free = np.concatenate([base.free, model.of(promise.key)])[: COLUMNS - 1]
+        free = within_columns(base.free, model.of(promise.key))
         keys = model.together(base.point.keys, promise.key)
         begins = [(promise, share) for share in STARTS]
         if promise.second is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
@@ -165,10 +165,11 @@ class Model:
                 point[i] = unknown.to_coordinate(np.clip(value, unknown.lower, unknown.upper))
         return np.clip(point, self.lower, self.upper)
 
-    def without_effects(self, coordinates: np.ndarray) -> np.ndarray:
-        """These coordinates with every effect at null and in its typical shape."""
-        out, common = self.origin({}), self.nuisances()
-        out[common] = coordinates[common]
+    def without(self, coordinates: np.ndarray, keys: Iterable[str]) -> np.ndarray:
+        """These coordinates with some effects at null and in their typical shape."""
+        own = self.index(*(name for key in keys for name in self.shelf.names(key)))
+        out = coordinates.copy()
+        out[own] = self.origin({})[own]
         return out
 
     def prior(self, coordinates: np.ndarray, index: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:

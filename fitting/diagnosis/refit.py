@@ -154,6 +154,11 @@ def chosen_columns(free: np.ndarray, level: int, lanes: int) -> np.ndarray:
     return np.tile(row, (lanes, 1))
 
 
+def within_columns(*unknowns: np.ndarray) -> np.ndarray:
+    """Unknowns that are to be free, as many as the program has columns for beside the level of friction."""
+    return np.concatenate(unknowns)[: COLUMNS - 1]
+
+
 def job(bench: Bench, point: Point, chosen: np.ndarray | None = None) -> Job:
     """The linearisation of a bench at a point, by what each lane has of its own and the chosen unknowns."""
     if chosen is None:

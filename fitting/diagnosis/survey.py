@@ -71,7 +71,7 @@ def survey(model: Model, bench: Bench, point: Point, progress: Progress) -> Surv
     found = freed(model, bench, contest(model, bench, nominal, promises, FINALISTS, progress))
     if found[0].refit.misfit < STRONG * nominal.misfit:
         others = second_look(model, bench, found, found[0].keys[0], 0, first.shapes, progress)
-        found = freed(model, bench, [*found, *others])
+        found = freed(model, bench, [*found, *others]) if others else found
     floor = floor_of(model, bench, [nominal, found[0].refit])
     return Survey(nominal, first, tuple(found), floor)
 
@@ -99,8 +99,7 @@ def second_look(
     at = dataclasses.replace(best.refit, free=best.refit.free[~np.isin(best.refit.free, own)])
     seen = [p for p in screen(model, bench, at, shapes=shapes, instead_of=key).promises if p.key in new]
     promises = sorted(seen, key=lambda promise: promise.key not in mates)[: len(mates) + others]
-    coordinates = point.coordinates.copy()
-    coordinates[own] = model.origin({})[own]
+    coordinates = model.without(point.coordinates, [key])
     keys = model.together(tuple(stays)) if stays else ()
     bare = dataclasses.replace(at, point=dataclasses.replace(point, keys=keys, coordinates=coordinates))
     return contest(model, bench, bare, promises, OVERLOOKED, progress)

@@ -9,20 +9,17 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis.contacts import Chosen, carried, choose_contact
-from fitting.diagnosis.ground import Ground, ground
+from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
-from fitting.problem import pose
-from fitting.progress import Silent
-from fitting.settings import Settings
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.effects.force_gain import ForceGain
 from jaxstick.oscillator import Oscillator
 from jaxstick.parts.contact import AbstractContact
-from jaxstick.parts.drive import SineDrive
 from jaxstick.parts.gradual import ElastoPlasticContact, LuGreContact
-from tests.fitting.reference_data import TRUTH, WRONG, dataset, noisy, own_run
+from tests.fitting.diagnosis.grounded import WORKERS, grounded, with_effect
+from tests.fitting.reference_data import TRUTH
 
 
 class OtherContact(AbstractEffect):
@@ -40,29 +37,17 @@ def looked_at(
 ) -> tuple[Model, Ground, Refit, Chosen]:
     """Model, ground, and refit of the nominal model on two noisy runs with this contact, and the choice; with
     an effect of the shelf, that acts too, the choice beside a refit of it."""
-    random = np.random.default_rng(5)
     effects: dict[str, AbstractEffect] = {} if contact is None else {"contact": OtherContact(contact)}
     if effect is not None:
         effects["effect"] = effect
-    runs = [
-        noisy(
-            own_run(SineDrive(f, 10.325e-3), effects=dict(effects), samples=600, file=f"run-{f}.csv"), random
-        )
-        for f in (0.9, 2.1)
-    ]
-    settings = Settings(workers=2)
-    problem = pose(dataset(*runs, assumed=WRONG), settings)
-    model = Model(problem, settings.workers)
-    base = ground(problem, model, settings, Silent())
+    problem, model, base = grounded(effects, 5)
     (nominal,) = refit(model, base.bench, [base.point], [model.nuisances()])
     fits = [nominal]
     if effect is not None:
         (key,) = (key for key, one in model.shelf.effects.items() if isinstance(effect, one))
-        point = dataclasses.replace(nominal.point, keys=model.together((key,)))
-        free = np.concatenate([nominal.free, model.of(key)])
-        fits += refit(model, base.bench, [point], [free])
+        fits.append(with_effect(model, base, nominal, key))
     lanes = np.arange(len(base.bench.lanes))
-    chosen = choose_contact(problem, model, base, base.bench, lanes, fits, settings.workers)
+    chosen = choose_contact(problem, model, base, base.bench, lanes, fits, WORKERS)
     return model, base, nominal, chosen
 
 

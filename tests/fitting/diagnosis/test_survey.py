@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-import dataclasses
-
-import numpy as np
 import pytest
 
 from fitting.diagnosis.contest import Explanation
-from fitting.diagnosis.ground import Ground, ground
+from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.screen import screen
 from fitting.diagnosis.survey import second_look
-from fitting.problem import pose
 from fitting.progress import Silent
-from fitting.settings import Settings
 from jaxstick.effects.displacement_gain import DisplacementGain
-from jaxstick.parts.drive import SineDrive
-from tests.fitting.reference_data import WRONG, dataset, noisy, own_run
+from tests.fitting.diagnosis.grounded import grounded, with_effect
 
 KEY, MATE = "stiffness_error", "displacement_gain"
 
@@ -27,23 +21,8 @@ KEY, MATE = "stiffness_error", "displacement_gain"
 @pytest.fixture(scope="module")
 def enlarged() -> tuple[Model, Ground]:
     """Two noisy runs whose displacement is read 6 % too large, and their ground."""
-    random = np.random.default_rng(8)
-    runs = [
-        noisy(
-            own_run(
-                SineDrive(f, 10.325e-3),
-                effects={MATE: DisplacementGain(0.06)},
-                samples=600,
-                file=f"run-{f}.csv",
-            ),
-            random,
-        )
-        for f in (0.9, 2.1)
-    ]
-    settings = Settings(workers=2)
-    problem = pose(dataset(*runs, assumed=WRONG), settings)
-    model = Model(problem, settings.workers)
-    return model, ground(problem, model, settings, Silent())
+    _, model, base = grounded({MATE: DisplacementGain(0.06)}, 8)
+    return model, base
 
 
 def test_an_effect_with_the_same_trace_is_found_where_the_other_stands(enlarged):
@@ -52,8 +31,7 @@ def test_an_effect_with_the_same_trace_is_found_where_the_other_stands(enlarged)
     model, base = enlarged
     (nominal,) = refit(model, base.bench, [base.point], [model.nuisances()])
     promise = next(p for p in screen(model, base.bench, nominal, shapes=[]).promises if p.key == KEY)
-    point = dataclasses.replace(nominal.point, keys=model.together((KEY,)))
-    (other,) = refit(model, base.bench, [point], [np.concatenate([nominal.free, model.of(KEY)])])
+    other = with_effect(model, base, nominal, KEY)
     first = Explanation((KEY,), promise, released(model, base.bench, other))
     assert nominal.misfit > 100 and first.refit.misfit < 1.2
     found = {e.keys: e for e in second_look(model, base.bench, [first], KEY, 0, [], Silent())}
