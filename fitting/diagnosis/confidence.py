@@ -13,7 +13,7 @@ from fitting.diagnosis.refit import (
     Refit,
     chosen_columns,
     job,
-    prior_curvature,
+    prior_of,
     summed,
 )
 
@@ -32,7 +32,7 @@ def deviations(model: Model, bench: Bench, found: Refit) -> tuple[np.ndarray, fl
     gradient, curvature = _scores(model, bench, found.point, free)
     gradient, curvature = gradient * found.weights[:, None], curvature * found.weights[:, None, None]
     _, h = summed(gradient, curvature, bench)
-    h = h + prior_curvature(model, found.point.coordinates, free, bench)
+    h = h + prior_of(model, bench, found.point, free).curvature
     h = h + np.diag(1e-12 * np.diag(h) + 1e-30)
     inverse = np.linalg.inv(h)
     cluster = _clusters(bench)

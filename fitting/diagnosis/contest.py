@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,16 +16,27 @@ from fitting.diagnosis.screen import Promise
 from fitting.diagnosis.wander import LEAST
 from fitting.progress import Progress
 
-STARTS = (0.7, 3.0)
-"""Refits begin at these shares of the change that the linearised model expects; once more with another
-shape."""
 THIN = 3
 """Starts compete on one lane in so many, for `HEAT` steps."""
 HEAT = 8
 SETTLE = 3
 HOPELESS = 2.0
 """A search that is not on its way to less than so many times the lowest cost is given up."""
-FAR = 6.0
+
+
+class Approach(NamedTuple):
+    """How refits begin: at which shares of the change that the linearised model expects, at most how many
+    typical sizes from null, and whether lanes settle first."""
+
+    shares: tuple[float, ...]
+    far: float
+    settle: bool
+
+
+FROM_AFAR = Approach((0.7, 3.0), 6.0, False)
+"""From a model that lacks the effect: what is expected there may be far off."""
+FROM_NEARBY = Approach((0.5, 1.0), math.inf, True)
+"""From a model that has another effect in its place, and may have gone a long way with it."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,6 +55,7 @@ def contest(
     promises: Sequence[Promise],
     finalists: int,
     progress: Progress,
+    approach: Approach = FROM_AFAR,
 ) -> list[Explanation]:
     """The best refits of the most successful promises, each on top of the effects that the base has.
 
@@ -54,12 +68,15 @@ def contest(
     for promise in promises:
         free = within_columns(base.free, model.of(promise.key))
         keys = model.together(base.point.keys, promise.key)
-        begins = [(promise, share) for share in STARTS]
+        begins = [(promise, share) for share in approach.shares]
         if promise.second is not None:
             begins.append((promise.second, 1.0))
         for begin, share in begins:
-            begun = _begin(model, base, begin, share, keys)
-            points.append(dataclasses.replace(begun, own=begun.own[few]))
+            begun = _begin(model, base, begin, share, keys, approach.far)
+            begun = dataclasses.replace(begun, own=begun.own[few])
+            if approach.settle:
+                begun = dataclasses.replace(begun, own=settled(model, heat, begun)[0])
+            points.append(begun)
             frees.append(free)
             owners.append(promise)
     common = model.free_effects(base.free)
@@ -113,11 +130,18 @@ def _everywhere(model: Model, bench: Bench, base: Refit, few: np.ndarray, point:
     return dataclasses.replace(point, own=own)
 
 
-def _begin(model: Model, base: Refit, promise: Promise, share: float, keys: tuple[str, ...]) -> Point:
-    coordinates = base.point.coordinates.copy()
-    strengths = model.index(*model.shelf.strengths[promise.key])
-    change = np.clip(share * promise.change, -FAR, FAR)
-    coordinates[strengths] = np.clip(change, model.lower[strengths], model.upper[strengths])
+def _begin(
+    model: Model, base: Refit, promise: Promise, share: float, keys: tuple[str, ...], far: float
+) -> Point:
+    """Where a refit begins: at a share of the expected change, the free unknowns and levels moved to make
+    room for it."""
+    coordinates, n = base.point.coordinates.copy(), len(base.free)
+    share *= min(1.0, far / max(float(np.max(np.abs(share * promise.change))), 1e-300))
+    moved = promise.around + share * promise.room
+    coordinates[base.free] += moved[:n]
+    coordinates[model.index(*model.shelf.strengths[promise.key])] = share * promise.change
     if len(promise.shape):
         coordinates[model.index(*model.shelf.shapes[promise.key])] = promise.shape
-    return dataclasses.replace(base.point, keys=keys, coordinates=coordinates)
+    coordinates = np.clip(coordinates, model.lower, model.upper)
+    levels = np.clip(base.point.levels + moved[n:], model.lower[-1], model.upper[-1])
+    return dataclasses.replace(base.point, keys=keys, coordinates=coordinates, levels=levels)

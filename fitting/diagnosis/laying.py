@@ -25,6 +25,9 @@ PERIODIC = 0.98
 """An excitation of which one sine has this share of the variance repeats itself."""
 LENGTHS = (48, 96, 192, 384, 768)
 """Numbers of samples in a lane, the one nearest to a natural period is taken."""
+MISREAD = 0.2
+"""A lane's start may lie so far from the record, as a share of how far displacement and velocity of its run
+go: a sensor that reads wrong or late, or smooths, shows another start than there was."""
 BLUR = 0.06
 NOISY_BEND = 8.0
 """Bends below so many standard deviations of noise are taken for noise: three of those of a bend of noise."""
@@ -100,14 +103,25 @@ def lay(
     lanes = tempered(lay_out(problem.chosen, led, rig, force, substeps, beyond=beyond))
     before = np.array([[own.first - long.first] for own, long in zip(segments, led, strict=True)])
     counts = np.arange(samples + beyond) >= before
+    runs = np.array([segment.run for segment in segments])
     lanes = dataclasses.replace(
         lanes,
         displacement_weight=np.asarray(lanes.displacement_weight) * counts,
         friction_weight=np.asarray(lanes.friction_weight) * counts,
+        start_deviation=np.hypot(lanes.start_deviation, _misread(problem.chosen)[runs]),
     )
-    runs = np.array([segment.run for segment in segments])
     wanders = any(signal.run.friction is not None for signal in problem.chosen)
     return Bench(with_room(lanes), runs, len(problem.chosen), np.array(phases), wanders)
+
+
+def _misread(signals: Sequence[Signals]) -> np.ndarray:
+    """How far displacement, velocity and friction of a run may be from the record for the sensors' sake."""
+    return np.array(
+        [
+            [MISREAD * np.std(signal.run.displacement), MISREAD * np.std(signal.velocity), 0.0]
+            for signal in signals
+        ]
+    )
 
 
 def tempered(lanes: Lanes) -> Lanes:

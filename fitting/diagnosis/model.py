@@ -28,8 +28,11 @@ GROUP = 8
 PACK = 48
 ROOMS = (256, 1024)
 """Programs are compiled for lanes of so many samples, of which they compute as many as there are."""
-FAR = 40.0
-STRENGTH_FREEDOM = 10.0
+FAR, STRENGTH_FREEDOM = 40.0, 10.0
+"""Bounds and standard deviation of a strength, in typical sizes;"""
+NEARLY_ALL, DOUBT = 0.9, 0.1
+"""or at least these shares of what the rig has of the same kind: friction, by which sizes go, may be
+small."""
 SHAPE_FREEDOM = 1.5
 RIG_TOLERANCE = {"mass": 0.01, "stiffness": 0.004, "drive_stiffness": 0.004, "damping": 0.2}
 """By what share a stated property of the rig may be off without that being called an effect (one standard
@@ -52,11 +55,13 @@ class Shelf:
 
 
 class Columns(NamedTuple):
-    """Residuals of lanes (lanes, rows) in standard deviations, and their derivatives (lanes, rows, columns +
-    5) with respect to chosen unknowns and what each lane has of its own."""
+    """Residuals of lanes (lanes, rows) in standard deviations, their derivatives (lanes, rows, columns + 5)
+    with respect to chosen unknowns and what each lane has of its own, and displacement, velocity and friction
+    force as they are, not as read, (lanes, samples, 3)."""
 
     residual: np.ndarray
     jacobian: np.ndarray
+    states: np.ndarray
 
 
 class Job(NamedTuple):
@@ -73,8 +78,8 @@ class Job(NamedTuple):
     chosen: np.ndarray
 
 
-Rows = Callable[[int, int], np.ndarray]
-"""Which rows count, given how many samples lanes have and for how many there is room."""
+Rows = Callable[[int, int], Sequence[np.ndarray]]
+"""Which rows of every array count, given how many samples lanes have and for how many there is room."""
 _LAST = np.arange(-OWN, 0)
 
 
@@ -188,8 +193,10 @@ class Model:
     def columns(self, jobs: Sequence[Job]) -> list[Columns]:
         """Residuals and derivatives of several jobs, all their packs shared among the cores."""
 
-        def rows(reach: int, room: int) -> np.ndarray:
-            return np.concatenate([channel * room + np.arange(reach) for channel in (0, 1)] + [_LAST])
+        def rows(reach: int, room: int) -> Sequence[np.ndarray]:
+            samples = np.arange(reach)
+            read = np.concatenate([samples, room + samples, _LAST])
+            return read, read, samples
 
         return [Columns(*parts) for parts in self._in_packs(columns, jobs, rows)]
 
@@ -199,7 +206,7 @@ class Model:
         """Displacement and friction as read, true velocity and friction of every lane, (lanes, samples)."""
         none = np.full((len(lanes), COLUMNS), -1)
         jobs = [Job(keys, lanes, coordinates, own, none)]
-        ((x, f, v, force),) = self._in_packs(prediction, jobs, lambda reach, room: np.arange(reach))
+        ((x, f, v, force),) = self._in_packs(prediction, jobs, lambda reach, room: 4 * [np.arange(reach)])
         return x, f, v, force
 
     def at(self, coordinates: np.ndarray, keys: tuple[str, ...]) -> Hypothesis:
@@ -245,7 +252,8 @@ class Model:
             )
             with jax.enable_x64(True):
                 out = program(hypothesis, chart, pack)
-            return tuple(np.asarray(leaf)[: count - first, rows(reach, room)] for leaf in out)
+            kept = zip(out, rows(reach, room), strict=True)
+            return tuple(np.asarray(leaf)[: count - first, own] for leaf, own in kept)
 
         with ThreadPoolExecutor(self.workers) as pool:
             packs = list(pool.map(run, tasks))
@@ -300,12 +308,20 @@ def _effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Pr
     natural = natural_size(kind.unit, problem.scale, problem.period)
     if kind.null is not None:
         scale = (kind.typical or 1.0) * natural
-        lower, upper = max(kind.lower, -FAR * scale), min(kind.upper, FAR * scale)
-        return Unknown(name, kind.unit, lower, upper, "linear", scale, 0.0, STRENGTH_FREEDOM * scale)
+        whole = _of_the_rig(kind.unit, problem)
+        reach, freedom = max(FAR * scale, NEARLY_ALL * whole), max(STRENGTH_FREEDOM * scale, DOUBT * whole)
+        lower, upper = max(kind.lower, -reach), min(kind.upper, reach)
+        return Unknown(name, kind.unit, lower, upper, "linear", scale, 0.0, freedom)
     typical = kind.typical * natural if kind.typical else float(place.of(effect))
     lower, upper = max(kind.lower, typical / kind.span), min(kind.upper, typical * kind.span)
     centre = float(np.clip(typical, lower, upper))
     return Unknown(name, kind.unit, lower, upper, "log", 1.0, centre, SHAPE_FREEDOM * centre)
+
+
+def _of_the_rig(unit: str, problem: Problem) -> float:
+    """What the rig has of a quantity: nothing, but for mass, stiffness and damping."""
+    rig = problem.dataset.rig
+    return {"kg": rig.mass, "N/m": rig.stiffness, "N s/m": rig.damping}.get(unit, 0.0)
 
 
 def _bound(unknown: Unknown, value: float) -> float:

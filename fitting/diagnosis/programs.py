@@ -45,19 +45,21 @@ def _motion(
 
 
 @traced(QUICKLY)
-def columns(hypothesis: Hypothesis, chart: Chart, pack: Pack) -> tuple[Array, Array]:
-    """Residuals of lanes (lanes, rows) in standard deviations, and their derivatives (lanes, rows, columns +
-    5) by the chosen unknowns and by what each lane has of its own."""
+def columns(hypothesis: Hypothesis, chart: Chart, pack: Pack) -> tuple[Array, Array, Array]:
+    """Residuals of lanes (lanes, rows) in standard deviations; their derivatives (lanes, rows, columns + 5)
+    by the chosen unknowns and by what each lane has of its own; and the motion itself (lanes, samples, 3):
+    displacement, velocity, friction force as they are, not as sensors read them."""
 
-    def one(lane: Lanes, point: Array, own: Array, wanted: Array) -> tuple[Array, Array]:
-        def residual(step: Array) -> tuple[Array, Array]:
+    def one(lane: Lanes, point: Array, own: Array, wanted: Array) -> tuple[Array, Array, Array]:
+        def residual(step: Array) -> tuple[Array, tuple[Array, Array]]:
             moved = point.at[wanted].add(jnp.where(wanted >= 0, step[:COLUMNS], 0.0))
             mine = own + step[COLUMNS:]
-            value = lane_residual(lane, _motion(hypothesis, chart, lane, pack.pace, moved, mine), mine)
-            return value, value
+            motion = _motion(hypothesis, chart, lane, pack.pace, moved, mine)
+            value = lane_residual(lane, motion, mine)
+            return value, (value, jnp.stack([motion.x, motion.v, motion.force], axis=1))
 
-        jacobian, value = jax.jacfwd(residual, has_aux=True)(jnp.zeros(COLUMNS + OWN))
-        return value, jacobian
+        jacobian, (value, states) = jax.jacfwd(residual, has_aux=True)(jnp.zeros(COLUMNS + OWN))
+        return value, jacobian, states
 
     return jax.vmap(one)(pack.lanes, pack.coordinates, pack.own, pack.chosen)
 

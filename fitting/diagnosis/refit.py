@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -190,8 +191,7 @@ def _evaluate(
     for numbers, columns in zip(together.values(), model.columns(jobs), strict=True):
         for place, number in enumerate(numbers):
             own = slice(place * count, (place + 1) * count)
-            part = Columns(columns.residual[own], columns.jacobian[own])
-            searches[number].see(points[number], part, first)
+            searches[number].see(points[number], Columns(*(each[own] for each in columns)), first)
 
 
 class _Search:
@@ -211,7 +211,7 @@ class _Search:
         """Takes the point if its cost is lower."""
         cost = np.einsum("lr,lr->l", columns.residual, columns.residual)
         loss = Robust.around(cost, self.dof) if first else self.loss
-        total = loss.total(np.where(np.isfinite(cost), cost, 1e30)) + self._prior(point)[0]
+        total = loss.total(np.where(np.isfinite(cost), cost, 1e30)) + self._prior(point).cost
         if not first and not total < self.cost:
             self.damping *= 10
             self.over = self.damping > STUCK
@@ -222,7 +222,7 @@ class _Search:
         moved = self._let_wander()
         cost = self.lane_cost
         self.loss = Robust.around(cost, self.dof)
-        self.cost = self.loss.total(cost) + self._prior(point)[0]
+        self.cost = self.loss.total(cost) + self._prior(point).cost
         if not first:
             self.damping = max(0.1 * self.damping, 1e-8)
             self.taken += 1
@@ -251,11 +251,8 @@ class _Search:
         self.point = dataclasses.replace(self.point, widths=found.widths)
         return True
 
-    def _prior(self, point: Point) -> tuple[float, np.ndarray, np.ndarray]:
-        cost, gradient, _ = self.model.prior(point.coordinates, self.free)
-        curvature = prior_curvature(self.model, point.coordinates, self.free, self.bench)
-        pull = curvature[len(self.free) :, len(self.free) :] @ point.levels
-        return cost + float(point.levels @ pull), np.concatenate([gradient, pull]), curvature
+    def _prior(self, point: Point) -> Prior:
+        return prior_of(self.model, self.bench, point, self.free)
 
     def step(self) -> Point:
         """Where the next damped step leads; what lanes have of their own is eliminated lane by lane."""
@@ -301,15 +298,25 @@ class _Search:
         )
 
 
-def prior_curvature(model: Model, coordinates: np.ndarray, free: np.ndarray, bench: Bench) -> np.ndarray:
-    """Curvature of the prior of the free unknowns and of every run's level. The mean level of the runs that
-    have lanes is held at zero: the constants are those of the typical run."""
+class Prior(NamedTuple):
+    """Twice the negative log prior, half its gradient, half its curvature."""
+
+    cost: float
+    gradient: np.ndarray
+    curvature: np.ndarray
+
+
+def prior_of(model: Model, bench: Bench, point: Point, free: np.ndarray) -> Prior:
+    """The prior of the free unknowns and of every run's level. The mean level of the runs that have lanes is
+    held at zero: the constants are those of the typical run."""
     n, runs = len(free), bench.runs
-    out = np.zeros((n + runs, n + runs))
-    out[:n, :n] = np.diag(model.prior(coordinates, free)[2])
+    cost, gradient, diagonal = model.prior(point.coordinates, free)
+    curvature = np.zeros((n + runs, n + runs))
+    curvature[:n, :n] = np.diag(diagonal)
     present = np.isin(np.arange(runs), bench.run) / len(np.unique(bench.run))
-    out[n:, n:] = np.eye(runs) / LEVEL_TOLERANCE**2 + np.outer(present, present) / GAUGE**2
-    return out
+    curvature[n:, n:] = np.eye(runs) / LEVEL_TOLERANCE**2 + np.outer(present, present) / GAUGE**2
+    pull = curvature[n:, n:] @ point.levels
+    return Prior(cost + float(point.levels @ pull), np.concatenate([gradient, pull]), curvature)
 
 
 def summed(gradient: np.ndarray, curvature: np.ndarray, bench: Bench) -> tuple[np.ndarray, np.ndarray]:

@@ -16,7 +16,7 @@ SWEEPS = 4
 """Lost lanes may follow one another."""
 TRIES, LEAST_TRIES = 8, 48
 """So many scattered starts for every lane that is still lost, and at least so many together."""
-SCATTER = (0.1, 0.5, 1.0)
+SCATTER = (0.02, 0.3, 1.0)
 """Standard deviations of displacement, velocity and force of the new starts, in units of their priors'."""
 ITERATIONS = 5
 SUSPECT = 4.0
@@ -103,24 +103,12 @@ def _handed_on(model: Model, bench: Bench, point: Point, lost: np.ndarray) -> tu
     interval, begin = np.asarray(lanes.interval)[lost], np.asarray(lanes.start_time)
     place = np.rint((begin[lost] - begin[before]) / interval).astype(int)
     samples = lanes.displacement.shape[1]
-    within = (place > 0) & (place < samples - 1) & (bench.run[before] == bench.run[lost])
-    place = np.where(within, place, 1)
+    within = (place > 0) & (place < samples) & (bench.run[before] == bench.run[lost])
     part, own = bench.take(before), point.own[before]
-    residual = model.columns([job(part, dataclasses.replace(point, own=own))])[0].residual
-    each = np.arange(len(lost))
-
-    def read(channel: int, shift: int) -> tuple[np.ndarray, np.ndarray]:
-        recorded = (part.lanes.displacement, part.lanes.friction)[channel]
-        weight = (part.lanes.displacement_weight, part.lanes.friction_weight)[channel]
-        weight = np.asarray(weight)[each, place + shift]
-        miss = residual[each, channel * samples + place + shift] / np.where(weight > 0, weight, 1.0)
-        return np.asarray(recorded)[each, place + shift] + miss, weight > 0
-
-    (x, here), (force, felt) = read(0, 0), read(1, 0)
-    (last, there), (coming, yonder) = read(0, -1), read(0, 1)
+    (columns,) = model.columns([job(part, dataclasses.replace(point, own=own))])
+    state = columns.states[np.arange(len(lost)), np.where(within, place, 0)]
     level = own[:, START] + own[:, START + 1]
-    handed = np.stack([x, (coming - last) / (2 * interval), force, level, np.zeros(len(lost))], axis=1)
-    return handed, within & here & felt & there & yonder
+    return np.column_stack([state, level, np.zeros(len(lost))]), within
 
 
 def borrowed(model: Model, bench: Bench, fit: Refit, other: Refit, near: float = 1.0) -> Refit:

@@ -16,7 +16,7 @@ from scipy.stats import qmc
 
 from fitting.diagnosis.model import Job, Model
 from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import Bench, Projection, Refit, chosen_columns, job, prior_curvature
+from fitting.diagnosis.refit import Bench, Projection, Refit, chosen_columns, job, prior_of
 from fitting.diagnosis.wander import allowed
 
 SHAPES = 31
@@ -38,7 +38,8 @@ class Promise:
 
     second: the next best promise, with another shape, where there is one; score: fall of chi-square; change:
     expected strengths, as shares of typical sizes; inflation: variance of the score by clusters of lanes over
-    that of white residuals; information: curvature of every strength.
+    that of white residuals; information: curvature of every strength; around, room: by how much the free
+    unknowns and the levels of the runs are to move without the effect, and further to make room for it.
     """
 
     key: str
@@ -47,6 +48,8 @@ class Promise:
     change: np.ndarray
     inflation: float
     information: np.ndarray
+    around: np.ndarray
+    room: np.ndarray
     second: Promise | None = None
 
     @property
@@ -229,11 +232,14 @@ class _Table:
         np.add.at(curvature, (n + bench.run, n + bench.run), among[:, 0, 0])
         coupling[:n] = across[:, 1:].sum(0)
         np.add.at(coupling, n + bench.run, across[:, 0])
-        curvature += prior_curvature(model, at.point.coordinates, at.free, bench)
+        prior = prior_of(model, bench, at.point, at.free)
+        coupling[:, -1] += prior.gradient
+        curvature += prior.curvature
         curvature += np.diag(1e-12 * np.diag(curvature) + 1e-30)
         slope = np.linalg.solve(curvature, coupling)
         products = wanted.transpose(0, 2, 1) @ wanted
         self.gram = products.sum(0) - coupling.T @ slope
+        self.response = -slope
         by_lane = products[:, :, -1] - np.einsum("lc,ce->le", across[:, 1:, -1], slope[:n])
         by_lane -= across[:, 0, -1][:, None] * slope[n:][bench.run]
         self.by_lane = by_lane[:, :-1]
@@ -245,7 +251,8 @@ class _Table:
         change = np.linalg.solve(information, pull)
         scale = np.diag(information)
         inflation = float(np.median(np.sum(self.by_lane[:, place] ** 2, axis=0) / scale))
-        return Promise(key, shape, float(pull @ change), change, inflation, scale)
+        around, room = self.response[:, -1], self.response[:, place] @ change
+        return Promise(key, shape, float(pull @ change), change, inflation, scale, around, room)
 
     def cosines(self, places: Sequence[np.ndarray]) -> np.ndarray:
         """The largest cosine between any combinations of two effects' columns (canonical correlation)."""

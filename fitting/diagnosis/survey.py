@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fitting.diagnosis.contest import Explanation, contest
+from fitting.diagnosis.contest import FROM_NEARBY, Explanation, best_of, contest
 from fitting.diagnosis.judge import suffices
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point, Refit, misfit_of, refit
@@ -31,6 +31,8 @@ STRONG = 0.5
 overlooked is tried:"""
 OVERLOOKED = 2
 """so many effects to the end."""
+ALIKE = 1.5
+"""What explains the records nearly as well, within this factor, has not been overlooked."""
 NEAR = 0.95
 """An explanation that leaves hardly less has nothing to lend to another; to the nominal model it always has,
 for that one can do no better than what contains it."""
@@ -71,7 +73,7 @@ def survey(model: Model, bench: Bench, point: Point, progress: Progress) -> Surv
     found = freed(model, bench, contest(model, bench, nominal, promises, FINALISTS, progress))
     if found[0].refit.misfit < STRONG * nominal.misfit:
         others = second_look(model, bench, found, found[0].keys[0], 0, first.shapes, progress)
-        found = freed(model, bench, [*found, *others]) if others else found
+        found = best_of(freed(model, bench, [*found, *others])) if others else found
     floor = floor_of(model, bench, [nominal, found[0].refit])
     return Survey(nominal, first, tuple(found), floor)
 
@@ -89,7 +91,8 @@ def second_look(
     lanes and constants of a model without a strong effect have given way to it, and what explains it as well,
     or better, may not show there. Tried are the effects that share a trace with that one, and so many others.
     """
-    best, known = found[0], {frozenset(explanation.keys) for explanation in found}
+    best = found[0]
+    known = {frozenset(e.keys) for e in found if e.refit.misfit < ALIKE * best.refit.misfit}
     point, own, stays = best.refit.point, model.of(key), {*best.keys} - {key}
     new = [other for other in model.shelf.effects if frozenset({*stays, other}) not in known]
     traces = {*model.shelf.effects[key].traces}
@@ -102,7 +105,10 @@ def second_look(
     coordinates = model.without(point.coordinates, [key])
     keys = model.together(tuple(stays)) if stays else ()
     bare = dataclasses.replace(at, point=dataclasses.replace(point, keys=keys, coordinates=coordinates))
-    return contest(model, bench, bare, promises, OVERLOOKED, progress)
+    return [
+        dataclasses.replace(e, refit=released(model, bench, e.refit)) if {*e.keys} & {*mates} else e
+        for e in contest(model, bench, bare, promises, OVERLOOKED, progress, FROM_NEARBY)
+    ]
 
 
 def freed(

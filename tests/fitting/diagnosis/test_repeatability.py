@@ -67,7 +67,7 @@ def judged(residual: np.ndarray, cost: float, width: float) -> float:
     )
     bench = Bench(lanes, np.zeros(LANES, int), 1, np.zeros(LANES, int), True)
     rows = np.concatenate([residual, blank, np.zeros((LANES, OWN))], axis=1)
-    model: Any = SimpleNamespace(columns=lambda jobs: [Columns(rows, rows) for _ in jobs])
+    model: Any = SimpleNamespace(columns=lambda jobs: [Columns(rows, rows, rows) for _ in jobs])
     point = Point((), np.zeros(1), np.zeros(1), np.zeros((LANES, OWN)), np.full(2, width))
     each = np.full(LANES, cost * (COUNTED - 3))
     return floor_of(model, bench, [Refit(point, np.zeros(0, int), each, cost, np.ones(LANES), 1)])
