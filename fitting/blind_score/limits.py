@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import expit, logit
 
 from fitting.blind_score.intervals import share
-from fitting.blind_score.judged import Judged
+from fitting.blind_score.judged import MISSING, NONE, SINGLE, Judged
 
 NINE_TENTHS = float(logit(0.9))
 LEAST_CASES = 8
@@ -18,21 +18,65 @@ LEAST_CASES = 8
 
 BEYOND = 1.5
 """Times the predicted detection limit from which on nine of ten should be named."""
+NAMED = 0.9
 
 POINTS = 41
 
 
 def limits(cases: Sequence[Judged]) -> dict[str, Any]:
-    """The curves of all effects together, against the gap over the detection limit of an ideal observer and
-    over the noise, and the share named beyond 1.5 times that limit."""
+    """The curves of all effects together, against the strength over the limit that the diagnosis predicted,
+    against the gap over the detection limit of an ideal observer and over the noise; and the share named
+    beyond 1.5 times either limit.
+
+    `effects_beyond_predicted`: the share of effects of which nine of ten are named there; `not_predicted`:
+    how many cases have no limit to compare with.
+    """
     known = [case for case in cases if case.limit_ratio is not None]
     beyond = [case for case in known if (case.limit_ratio or 0.0) >= BEYOND]
+    predicted = over_predicted(cases)
+    named: dict[str, list[bool]] = {}
+    for case, ratio in predicted:
+        if ratio >= BEYOND:
+            named.setdefault(case.truth[0], []).append(case.right())
     return {
+        "predicted_ratio": curve([ratio for _, ratio in predicted], [case.right() for case, _ in predicted]),
+        "named_beyond_predicted": share(hit for hits in named.values() for hit in hits),
+        "effects_beyond_predicted": share(sum(hits) >= NAMED * len(hits) for hits in named.values()),
+        "not_predicted": len(cases) - len(predicted),
         "limit_ratio": curve([case.limit_ratio or 0.0 for case in known], [case.right() for case in known]),
         "gap_ratio": curve([case.gap for case in cases], [case.right() for case in cases]),
         "named_beyond": share(case.right() for case in beyond),
-        "detected_beyond": share(case.verdict not in ("none", "no answer") for case in beyond),
+        "detected_beyond": share(case.verdict not in (NONE, MISSING) for case in beyond),
     }
+
+
+def over_predicted(cases: Sequence[Judged]) -> list[tuple[Judged, float]]:
+    """The cases that have a strength over the limit predicted for their records, each with it."""
+    ratios = ((case, predicted_ratio(case)) for case in cases)
+    return [(case, ratio) for case, ratio in ratios if ratio is not None]
+
+
+def predicted_ratio(case: Judged) -> float | None:
+    """The strength of the one effect over the limit that the diagnosis predicts for these very records.
+
+    Of several strengths the root of the sum of squares; one that would not show at any size counts as 0. None
+    for other cases, without a prediction, and where no parameter of the truth has name and unit of a strength
+    on the shelf.
+    """
+    if case.kind != SINGLE or case.result is None:
+        return None
+    key = case.truth[0]
+    predicted = case.result.get("detection_limits", {}).get(key, {"strengths": {}})["strengths"]
+    shares = [
+        _over(true["value"], predicted[name]["limit"])
+        for name, true in case.answer["effects"][key]["parameters"].items()
+        if name in predicted and predicted[name]["unit"] == true["unit"]
+    ]
+    return math.hypot(*shares) if shares else None
+
+
+def _over(value: float, limit: float | None) -> float:
+    return 0.0 if limit is None else value / limit
 
 
 def curve(ratios: Sequence[float], named: Sequence[bool]) -> dict[str, Any] | None:

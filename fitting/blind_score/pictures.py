@@ -32,11 +32,12 @@ def pictures(score: Mapping[str, Any]) -> Iterator[Picture]:
         )
         yield Picture("Reliability: what is stated and what is so", drawing)
     labels = {
-        "limit_ratio": ("limit", "gap over the predicted detection limit"),
+        "predicted_ratio": ("predicted", "strength over the limit that the diagnosis predicts"),
+        "limit_ratio": ("limit", "gap over the detection limit of an ideal observer"),
         "gap_ratio": ("gap", "gap over the noise"),
     }
     for key, (name, label) in labels.items():
-        curves = {tier: one["limits"][key] for tier, one in score["tiers"].items() if one["limits"][key]}
+        curves = {tier: one["limits"][key] for tier, one in score["tiers"].items() if one["limits"].get(key)}
         if curves:
             drawing = draw(
                 lambda axes, curves=curves, label=label: _curves(axes, curves, label),

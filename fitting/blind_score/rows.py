@@ -95,11 +95,33 @@ def further_rows(score: Mapping[str, Any]) -> list[Row]:
             lambda tier: figure(tier["closure"]["margin"]),
         ),
         row(
-            "named beyond 1.5 detection limits", "≥ 90 %", lambda tier: figure(tier["limits"]["named_beyond"])
+            "named beyond 1.5 predicted limits",
+            "≥ 90 %",
+            lambda tier: figure(tier["limits"].get("named_beyond_predicted")),
         ),
         row(
-            "detection limits at which 9 of 10 are named",
+            "effects named in 9 of 10 cases beyond 1.5 predicted limits",
+            "≥ 90 %",
+            lambda tier: figure(tier["limits"].get("effects_beyond_predicted")),
+        ),
+        row(
+            "predicted limits at which 9 of 10 are named",
             "≤ 1.5",
+            lambda tier: figure((tier["limits"].get("predicted_ratio") or {}).get("a90"), number),
+        ),
+        row(
+            "one effect, but no predicted limit to compare with: cases",
+            "",
+            lambda tier: str(tier["limits"].get("not_predicted", "-")),
+        ),
+        row(
+            "named beyond 1.5 limits of an ideal observer",
+            "",
+            lambda tier: figure(tier["limits"]["named_beyond"]),
+        ),
+        row(
+            "limits of an ideal observer at which 9 of 10 are named",
+            "",
             lambda tier: figure((tier["limits"]["limit_ratio"] or {}).get("a90"), number),
         ),
     ]
@@ -107,8 +129,16 @@ def further_rows(score: Mapping[str, Any]) -> list[Row]:
 
 
 EFFECT_COLUMNS = (
-    "effect", "family", "n", "named first", "probability", "beyond 1.5 limits", "limits for 9 of 10"
-)  # fmt: skip
+    "effect",
+    "family",
+    "n",
+    "named first",
+    "probability",
+    "beyond 1.5 predicted limits",
+    "predicted limits for 9 of 10",
+    "beyond 1.5 ideal limits",
+    "ideal limits for 9 of 10",
+)
 
 
 def effect_rows(score: Mapping[str, Any]) -> list[Row]:
@@ -120,6 +150,8 @@ def effect_rows(score: Mapping[str, Any]) -> list[Row]:
             str(one["top1"]["n"]),
             figure(one["top1"]),
             percent(one["probability"]["value"]),
+            figure(one.get("named_beyond_predicted")),
+            figure(one.get("a90_predicted"), number),
             figure(one["named_beyond"]),
             figure(one["a90"], number),
         )

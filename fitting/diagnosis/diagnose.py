@@ -15,7 +15,7 @@ from fitting.diagnosis.attribute import Attribution, attribute
 from fitting.diagnosis.confidence import deviations
 from fitting.diagnosis.contacts import Chosen, choose_contact, concerns_contact
 from fitting.diagnosis.contest import Explanation
-from fitting.diagnosis.detection import detection_limit
+from fitting.diagnosis.detection import detection_limit, limits
 from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter, Trace
 from fitting.diagnosis.ground import Ground, ground, resolved
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
@@ -116,6 +116,7 @@ def diagnose(
         settings=dataclasses.asdict(settings),
         seconds=time.perf_counter() - begun,
         correction=correction,
+        limits=limits(model, found.screen, found.inflation),
     )
 
 

@@ -86,6 +86,23 @@ class Candidate:
 
 
 @dataclasses.dataclass(frozen=True)
+class Limit:
+    """What these records could have shown of one strength of an effect in its usual shape.
+
+    value: the strength [unit] that nine of ten such records would show, were it all that acts; infinite where
+    that is more than it can be. `likest` is the effect whose trace in these records is the most like this
+    one's, `cosine` that between the two (1: cannot be told apart); None where it leaves no trace.
+    """
+
+    effect: str
+    strength: str
+    value: float
+    unit: str
+    likest: str | None
+    cosine: float | None
+
+
+@dataclasses.dataclass(frozen=True)
 class Likeness:
     """How alike two effects are in these records: cosine of what they leave after everything free is fitted
     (1: cannot be told apart), and the excess of the one beyond the other after refits, in standard
@@ -150,7 +167,7 @@ class Diagnosis:
     missing, segments that were lost, limits of detection). `closed_alone`: the share of the reducible gap
     that a named effect closes without the other named ones, on what took no part; empty where nobody worked
     it out. `correction` is the model with the named effects, as fitted to everything there is; None where
-    nothing is named.
+    nothing is named. `limits`: what these records could have shown of every effect of the shelf.
     """
 
     verdict: Verdict
@@ -175,3 +192,4 @@ class Diagnosis:
     seconds: float
     closed_alone: Shares = dataclasses.field(default_factory=dict)
     correction: Correction | None = None
+    limits: tuple[Limit, ...] = ()

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from fitting.corrected_rig import Entry, entries, save_corrected
-from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter, Shares, Where
+from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Limit, Parameter, Shares, Where
 from fitting.save import constant_entry
 from jaxstick.output import OutputFolder
 from jaxstick.record import DataSet
@@ -94,6 +94,7 @@ def diagnosis_content(diagnosis: Diagnosis, dataset: DataSet) -> dict[str, Any]:
         "next_experiment": diagnosis.next_experiment,
         "candidates": [_candidate(candidate) for candidate in diagnosis.candidates],
         "likeness": [_likeness(pair) for pair in diagnosis.likeness],
+        "detection_limits": _limits(diagnosis.limits),
         "residual_force": {"sketch_n": dict(diagnosis.residual_force.sketch)},
         "notes": list(diagnosis.notes),
         "steps": list(diagnosis.steps),
@@ -153,6 +154,16 @@ def _candidate(candidate: Candidate) -> dict[str, Any]:
         "parameters": _parameters(candidate.parameters),
         "detection_limit": candidate.detection_limit,
     }
+
+
+def _limits(limits: Iterable[Limit]) -> dict[str, dict[str, Any]]:
+    """The limits by effect; null for a strength that these records do not show at any size it can have."""
+    found: dict[str, dict[str, Any]] = {}
+    for limit in limits:
+        alike = {"likest": limit.likest, "cosine": limit.cosine}
+        effect = found.setdefault(limit.effect, {"strengths": {}, **alike})
+        effect["strengths"][limit.strength] = {"limit": limit.value, "unit": limit.unit}
+    return found
 
 
 def _likeness(pair: Likeness) -> dict[str, Any]:

@@ -60,11 +60,13 @@ class Promise:
 
 @dataclasses.dataclass(frozen=True)
 class Screen:
-    """Promises, the highest score first; cosines between the effects (keys in the order of `keys`); the
-    shapes besides the usual ones that were tried on all lanes."""
+    """Promises in the best shapes, the highest score first; those in the usual shapes and the cosines between
+    the effects in these (both in the order of `keys`); the shapes besides the usual ones that were tried on
+    all lanes."""
 
     promises: tuple[Promise, ...]
     keys: tuple[str, ...]
+    usual: tuple[Promise, ...]
     cosine: np.ndarray
     shapes: Shapes
 
@@ -108,15 +110,16 @@ def screen(
         strengths = at.point.coordinates[model.index(*model.shelf.strengths[instead_of])]
         common[:, :, -1] -= templates[0][:, :, places[keys.index(instead_of)]] @ strengths
     tables = [_Table(model, bench, at, common, part) for part in templates]
+    usual = [tables[0].promise(key, place, np.zeros(0)) for key, place in zip(keys, places, strict=True)]
     found = []
-    for key, place in zip(keys, places, strict=True):
-        made = [tables[0].promise(key, place, np.zeros(0))]
+    for key, place, promise in zip(keys, places, usual, strict=True):
+        made = [promise]
         tried = zip(tables[1:], others, strict=True)
         made += [table.promise(key, place, shape[key]) for table, shape in tried if key in shape]
         made.sort(key=lambda promise: -promise.score)
         found.append(dataclasses.replace(made[0], second=made[1] if len(made) > 1 else None))
     found.sort(key=lambda promise: -promise.score)
-    return Screen(tuple(found), tuple(keys), tables[0].cosines(places), others)
+    return Screen(tuple(found), tuple(keys), tuple(usual), tables[0].cosines(places), others)
 
 
 def _places(counts: Sequence[int]) -> list[np.ndarray]:

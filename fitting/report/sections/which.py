@@ -1,13 +1,15 @@
-"""Which effect: probabilities, the refitted candidates, and which of them these records can tell apart."""
+"""Which effect: probabilities, the refitted candidates, which of them these records can tell apart, and what
+they could have shown."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter
+from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Limit, Parameter
 from fitting.report.section import Bar, Number, Section, Subject
 from fitting.report.words import (
+    NONE,
     NOTHING,
     clamped,
     estimate,
@@ -27,7 +29,7 @@ MOST_IN_MATRIX = 8
 
 
 def which(subject: Subject) -> Section:
-    """Probabilities, candidates, likeness."""
+    """Probabilities, candidates, likeness, detection limits."""
     diagnosis = subject.diagnosis
     named = set(diagnosis.named) or {diagnosis.verdict}
     content = {
@@ -39,6 +41,8 @@ def which(subject: Subject) -> Section:
         "candidates": [_candidate(found, diagnosis) for found in diagnosis.candidates[:MOST_CANDIDATES]],
         "pairs": _pairs(diagnosis),
         "matrix": _matrix(diagnosis),
+        "limits": _limits(diagnosis),
+        "nothing": diagnosis.verdict == NONE,
     }
     return Section("which", "Which effect", "which.html", content)
 
@@ -99,6 +103,26 @@ def _matrix(diagnosis: Diagnosis) -> dict[str, Any] | None:
             cells.append({"text": text, "depth": clamped(None if cosine is None else abs(cosine))})
         rows.append({"title": title(row, diagnosis.cards), "cells": cells})
     return {"rows": rows}
+
+
+def _limits(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """The detection limits, one row an effect."""
+    by_effect: dict[str, list[Limit]] = {}
+    for limit in diagnosis.limits:
+        by_effect.setdefault(limit.effect, []).append(limit)
+    return [
+        {
+            "title": title(key, diagnosis.cards),
+            "name": key,
+            "limits": [
+                {"value": with_unit(number(limit.value, 2), limit.unit), "strength": limit.strength}
+                for limit in own
+            ],
+            "likest": title(own[0].likest, diagnosis.cards) if own[0].likest else NOTHING,
+            "cosine": "" if own[0].cosine is None else f"{own[0].cosine:.2f}",
+        }
+        for key, own in by_effect.items()
+    ]
 
 
 def _in_order(named: Sequence[str], likeness: Sequence[Likeness]) -> list[str]:

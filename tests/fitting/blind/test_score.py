@@ -18,9 +18,18 @@ from fitting.blind_score.coverage import coverage, holds
 from fitting.blind_score.figures import answers, closure
 from fitting.blind_score.intervals import area, mean, quantile, share
 from fitting.blind_score.judged import Judged
-from fitting.blind_score.limits import curve
+from fitting.blind_score.limits import curve, limits, predicted_ratio
 from fitting.blind_score.page import score_page
-from fitting.blind_score.rows import answer_rows, percent, sentence
+from fitting.blind_score.pictures import pictures
+from fitting.blind_score.rows import (
+    EFFECT_COLUMNS,
+    answer_rows,
+    effect_rows,
+    figure,
+    further_rows,
+    percent,
+    sentence,
+)
 from fitting.blind_score.score import scored
 from fitting.cli import jaxstick as command
 from tests.fitting.blind import stub
@@ -32,7 +41,8 @@ GAIN, OTHER_GAIN, WRONG_RIG = "force_gain", "displacement_gain", "stiffness_erro
 
 def single(key: str, verdict: str | None, *named: str, **options) -> Judged:
     """One effect, and what was answered; None: nothing."""
-    made_up = {name: options.pop(name) for name in ("p", "effects", "candidates") if name in options}
+    known = ("p", "effects", "candidates", "detection_limits")
+    made_up = {name: options.pop(name) for name in known if name in options}
     result = None if verdict is None else stub.content(verdict, *named, **made_up)
     return stub.judged(stub.answer("single", key, **options), result)
 
@@ -246,6 +256,81 @@ def test_the_curve_finds_the_limit_it_was_drawn_from():
     assert max(always["probability"]) < 0.9999
     assert curve([1.0, 2.0], [True, False]) is None
     assert curve([1.0] * 20, [True] * 20) is None
+
+
+def foreseen(key: str, **strengths: tuple[float | None, str]) -> dict[str, dict]:
+    """The limits that a diagnosis predicts for the strengths of one effect."""
+    entries = {name: {"limit": limit, "unit": unit} for name, (limit, unit) in strengths.items()}
+    return {key: {"strengths": entries, "likest": None, "cosine": None}}
+
+
+def test_the_strength_over_the_predicted_limit():
+    def ratio(strengths, verdict: str | None = "none", **true) -> float | None:
+        made_up = {"detection_limits": foreseen(LAG, **strengths)}
+        return predicted_ratio(single(LAG, verdict, **made_up, **true))
+
+    both = {"cosine": (0.5, "N"), "sine": (2.0, "N")}
+    assert ratio(both, cosine=(1.5, "N"), sine=(-8.0, "N"), length=(3.0, "m")) == pytest.approx(5.0)
+    assert ratio(both, sine=(8.0, "N")) == pytest.approx(4.0)
+    assert ratio({**both, "sine": (None, "N")}, cosine=(1.5, "N"), sine=(8.0, "N")) == pytest.approx(3.0)
+    assert ratio(both, sine=(8.0, "1")) is None and ratio(both, force=(8.0, "N")) is None
+    assert ratio(both, None, sine=(8.0, "N")) is None
+    others = {"detection_limits": foreseen(PUSH, sine=(2.0, "N"))}
+    assert predicted_ratio(single(LAG, "none", sine=(8.0, "N"), **others)) is None
+    assert predicted_ratio(single(LAG, "none", sine=(8.0, "N"))) is None
+    pair = stub.answer("pair", LAG, PUSH, sine=(8.0, "N"))
+    result = stub.content("none", detection_limits=foreseen(LAG, **both))
+    assert predicted_ratio(stub.judged(pair, result)) is None
+    assert predicted_ratio(stub.judged(stub.answer("none"), result)) is None
+
+
+def weak(key: str, ratio: float, named: bool) -> Judged:
+    """An effect of so many predicted limits, the limits being the records' own."""
+    made_up = {"detection_limits": foreseen(key, force=(2.0 / ratio, "N"))}
+    answered = ("effect", key) if named else ("none",)
+    return single(key, *answered, limit=2 * ratio, force=(2.0, "N"), **made_up)
+
+
+def test_what_is_named_beyond_the_predicted_limit():
+    cases = [weak(SPRING, ratio, ratio > 1) for ratio in np.geomspace(0.3, 9.0, 30).tolist()]
+    cases += [weak(PUSH, ratio, ratio > 2) for ratio in (0.5, 1.4, 1.6, 3.0)]
+    cases += [single(LAG, "effect", LAG), single(LAG, None)]
+    found = limits(cases)
+    assert found["not_predicted"] == 2
+    assert found["predicted_ratio"]["n"] == 34 and 0.5 < found["predicted_ratio"]["a90"]["value"] < 3
+    beyond = sum(ratio >= 1.5 for ratio in np.geomspace(0.3, 9.0, 30))
+    named = found["named_beyond_predicted"]
+    assert (named["hits"], named["n"]) == (beyond + 1, beyond + 2)
+    assert (found["effects_beyond_predicted"]["hits"], found["effects_beyond_predicted"]["n"]) == (1, 2)
+    assert limits(cases[-2:])["predicted_ratio"] is None
+
+    whole = scored(cases, {}, {"seal": {"sha256": "ab"}, "cases": {}})
+    push, lag = whole["effects"][PUSH], whole["effects"][LAG]
+    assert (push["named_beyond_predicted"]["hits"], push["named_beyond_predicted"]["n"]) == (1, 2)
+    assert lag["named_beyond_predicted"]["n"] == 0 and lag["a90_predicted"] is None
+    assert whole["effects"][SPRING]["a90_predicted"]["value"] > 0.5
+    rows = {row[0]: row for row in further_rows(whole)}
+    titles = list(rows)
+    first = titles.index("named beyond 1.5 predicted limits")
+    assert first < titles.index("named beyond 1.5 limits of an ideal observer")
+    assert rows[titles[first]][1] == figure(named) and rows[titles[first]][-1] == "≥ 90 %"
+    assert rows["one effect, but no predicted limit to compare with: cases"][1] == "2"
+    assert all(len(row) == len(EFFECT_COLUMNS) for row in effect_rows(whole))
+    headings = [picture.title for picture in pictures(whole)]
+    assert "diagnosis predicts" in headings[1] and "ideal observer" in headings[2]
+
+
+def test_a_score_from_before_limits_were_predicted_is_shown():
+    whole = scored(tiny_set(), {}, {"seal": {"sha256": "ab"}, "cases": {}})
+    assert whole["tiers"]["all"]["limits"]["not_predicted"] == 4
+    new = ("predicted_ratio", "named_beyond_predicted", "effects_beyond_predicted", "not_predicted")
+    for tier in whole["tiers"].values():
+        tier["limits"] = {key: value for key, value in tier["limits"].items() if key not in new}
+    for effect in whole["effects"].values():
+        del effect["named_beyond_predicted"], effect["a90_predicted"]
+    assert all("predicted" not in row[0] for row in further_rows(whole))
+    assert all(row[5] == row[6] == "-" for row in effect_rows(whole))
+    assert len(Page(score_page(whole)).all("svg")) == 2
 
 
 def candidate(score: float, chi2: float, *effects: str, parameters: int = 1):

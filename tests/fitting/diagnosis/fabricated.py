@@ -7,6 +7,7 @@ of the size that such a diagnosis has.
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from fitting.diagnosis.findings import (
     Closure,
     Diagnosis,
     Likeness,
+    Limit,
     Parameter,
     ResidualForce,
     Trace,
@@ -24,9 +26,10 @@ from fitting.diagnosis.findings import (
 from fitting.result import Constant
 from jaxstick.catalogue import catalogue
 from jaxstick.effects.asymmetric_friction import AsymmetricFriction
-from jaxstick.hypothesis import Hypothesis
+from jaxstick.hypothesis import Hypothesis, effects_at_null
 from jaxstick.nominal import nominal
 from jaxstick.oscillator import Start
+from jaxstick.parameter import parameters
 from jaxstick.parts.drive import SineDrive
 from jaxstick.record import AssumedConstants, DataSet, KnownRig, Noise, Run
 from jaxstick.side_by_side import Journey, side_by_side
@@ -109,6 +112,7 @@ def fabricated(cycles: float = 5.0, rate: float = 500.0) -> tuple[Diagnosis, Dat
         seconds=41.7,
         closed_alone={},
         correction=Correction(RIG, TRUE, {TRUTH: {"dry": 0.1181, "viscous": 0.09}}),
+        limits=_limits(),
     )
     return diagnosis, dataset
 
@@ -236,6 +240,19 @@ def _candidates() -> tuple[Candidate, ...]:
         one(LOOK_ALIKE, 41000.0, 36.1, 0.23, 0.012, "stiffness", -8.1e3, 900.0, "N/m^2", 240.0),
         one(FAR, 150100.0, 22.8, 0.52, 0.008, "offset", 0.42, 0.02, "N", 0.0061),
     )
+
+
+def _limits() -> tuple[Limit, ...]:
+    """Those of every effect of the shelf; what has the unit of a mass does not show."""
+    found = []
+    for number, (key, effect) in enumerate(effects_at_null(tuple(catalogue())).items()):
+        likest = RIVAL if key == TRUTH else TRUTH
+        for place in parameters(effect):
+            unit, name = place.parameter.unit, place.path[-1]
+            if place.parameter.null is not None:
+                value = math.inf if unit == "kg" else 0.0017 * 3.0 ** (number % 14)
+                found.append(Limit(key, name, value, unit, likest, 0.97 - 0.02 * number))
+    return tuple(found)
 
 
 def _constants(values: AssumedConstants) -> tuple[Constant, ...]:

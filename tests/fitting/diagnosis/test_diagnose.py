@@ -11,6 +11,7 @@ from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.findings import Diagnosis
 from fitting.diagnosis.save import save_diagnosis
 from fitting.diagnosis.settings import DiagnosisSettings
+from jaxstick.catalogue import catalogue
 from jaxstick.effects.cubic_stiffness import CubicStiffness
 from jaxstick.errors import UserError
 from jaxstick.output import OutputFolder
@@ -125,6 +126,13 @@ def test_records_without_an_effect_are_called_so(plain):
     assert sum(plain.probabilities.values()) == pytest.approx(1.0)
     assert plain.closure.closed == 0.0
     assert plain.closure.before == pytest.approx(1.0, abs=0.1)
+
+
+def test_every_effect_has_a_limit_and_the_cause_is_beyond_its_own(plain):
+    limits = {f"{limit.effect}.{limit.strength}": limit for limit in plain.limits}
+    assert {limit.effect for limit in plain.limits} == set(catalogue())
+    assert limits["cubic_stiffness.coefficient"].value < COEFFICIENT
+    assert all(limit.likest in set(catalogue()) - {limit.effect} for limit in plain.limits)
 
 
 def test_the_traces_follow_the_records(hardened):

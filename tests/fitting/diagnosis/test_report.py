@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import math
 import re
 
 import numpy as np
@@ -137,6 +138,25 @@ def test_without_a_gap_there_is_a_report(diagnosis, dataset):
     for words in ("Next experiment", "Candidates that were refitted", "What could look the same"):
         assert words not in text
     assert "nan" not in re.findall(r"\w+", text)
+
+
+def test_what_the_records_could_have_shown(diagnosis, dataset):
+    """Every strength of every effect; open where nothing was found, folded elsewhere."""
+    few = dataclasses.replace(diagnosis, traces=diagnosis.traces[:1])
+    for verdict in (few, nothing_found(few)):
+        taken_apart = Page(report(verdict, dataset, Silent()))
+        (table,) = [e for e in taken_apart.all("div") if e.attributes.get("aria-label") == "Detection limits"]
+        assert table.around[-1] == "details" and table.attributes["class"] == "scroll"
+        opened = [e for e in taken_apart.all("details") if "open" in e.attributes]
+        assert len(opened) == (verdict.verdict == "none")
+        said = taken_apart.text.split("What these records could have shown")[1].split("How far")[0]
+        for limit in diagnosis.limits:
+            assert limit.effect in said and limit.strength in said
+            assert math.isinf(limit.value) or with_unit(number(limit.value, 2), limit.unit) in said
+            assert f"cosine {limit.cosine:.2f}" in said
+        assert "nine of ten such records" in said and "inf" not in re.findall(r"\w+", said)
+    older = report(dataclasses.replace(few, limits=()), dataset, Silent())
+    assert "could have shown" not in older
 
 
 def test_runs_without_friction_force(diagnosis, dataset):

@@ -70,7 +70,7 @@ def test_it_prints_with_everything_unfolded_and_light(chromium, page_file):
     chromium.call("Emulation.setEmulatedMedia", media="print", features=[dark])
     paper = chromium.evaluate("getComputedStyle(document.documentElement).getPropertyValue('--paper')")
     assert paper.strip() == "#ffffff"
-    unseen = "[...document.querySelectorAll('figure')].filter(each => !each.checkVisibility()).length"
+    unseen = "[...document.querySelectorAll('figure, table')].filter(each => !each.checkVisibility()).length"
     assert chromium.evaluate(unseen) == 0
     chromium.call("Emulation.setEmulatedMedia", media="screen", features=[])
     assert chromium.evaluate(unseen) > 0

@@ -104,6 +104,19 @@ def test_effects_and_constants(content, diagnosis):
     assert content["constants_before"]["B"]["value"] != content["constants"]["B"]["value"]
 
 
+def test_what_the_records_could_have_shown(content, diagnosis):
+    found = content["detection_limits"]
+    assert set(found) == set(catalogue())
+    own = {limit.strength: limit for limit in diagnosis.limits if limit.effect == TRUTH}
+    assert list(own) == ["dry", "viscous"]
+    assert found[TRUTH] == {
+        "strengths": {name: {"limit": limit.value, "unit": limit.unit} for name, limit in own.items()},
+        "likest": RIVAL,
+        "cosine": own["dry"].cosine,
+    }
+    assert found["force_inertia"]["strengths"]["mass"] == {"limit": None, "unit": "kg"}
+
+
 def test_what_is_not_recorded_has_no_share(diagnosis, dataset):
     where = diagnosis_content(silent(diagnosis), dataset)["where"]
     assert where["channel"] == {"displacement": 1.0, "friction": 0.0}
