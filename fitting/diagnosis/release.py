@@ -65,7 +65,7 @@ def _released(model: Model, bench: Bench, fit: Refit, seed: int, wander: bool) -
     for _ in range(SWEEPS):
         if not len(left):
             break
-        handed, known = _handed_on(model, bench, dataclasses.replace(fit.point, own=own), left)
+        handed, known = handed_on(model, bench, dataclasses.replace(fit.point, own=own), left)
         if not known.any():
             break
         still = tried(left[known], handed[None, known])
@@ -96,7 +96,7 @@ def _lost(bench: Bench, fit: Refit) -> np.ndarray:
     return np.flatnonzero(dear | strayed.any(1))
 
 
-def _handed_on(model: Model, bench: Bench, point: Point, lost: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def handed_on(model: Model, bench: Bench, point: Point, lost: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What lost lanes would have of their own if each went on where the lane before it passes by (lost, 5),
     and for which of them that is known."""
     lanes, before = bench.lanes, np.maximum(lost - 1, 0)

@@ -48,21 +48,23 @@ def exact_run(ratio: float) -> Run:
     )
 
 
-def noisy(run: Run, random: np.random.Generator) -> Run:
-    """The run with the noise of `NOISE` on displacement and friction."""
-    assert run.friction is not None and NOISE.displacement is not None and NOISE.friction is not None
+def noisy(run: Run, random: np.random.Generator, noise: Noise = NOISE) -> Run:
+    """The run with noise on displacement and friction."""
+    assert run.friction is not None and noise.displacement is not None and noise.friction is not None
     count = len(run.time)
     return dataclasses.replace(
         run,
-        displacement=run.displacement + NOISE.displacement * random.standard_normal(count),
-        friction=run.friction + NOISE.friction * random.standard_normal(count),
+        displacement=run.displacement + noise.displacement * random.standard_normal(count),
+        friction=run.friction + noise.friction * random.standard_normal(count),
     )
 
 
-def dataset(*runs: Run, rig: KnownRig = RIG, assumed: AssumedConstants = RIGHT) -> DataSet:
+def dataset(
+    *runs: Run, rig: KnownRig = RIG, assumed: AssumedConstants = RIGHT, noise: Noise = NOISE
+) -> DataSet:
     """These runs as a data set of one rig with the stated noise."""
     runs = tuple(dataclasses.replace(run, rig=rig, assumed=assumed) for run in runs)
-    return DataSet(name="synthetic", rig=rig, assumed=assumed, noise=NOISE, runs=runs)
+    return DataSet(name="synthetic", rig=rig, assumed=assumed, noise=noise, runs=runs)
 
 
 def own_run(

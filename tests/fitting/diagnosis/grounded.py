@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+from typing import NamedTuple
 
 import numpy as np
 
 from fitting.diagnosis.ground import Ground, ground
+from fitting.diagnosis.laying import cut_in_step, lay, length
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Refit, refit
+from fitting.diagnosis.refit import Bench, Point, Refit, refit
+from fitting.diagnosis.screen import Screen, screen
+from fitting.diagnosis.wander import LEAST, OWN, START
 from fitting.problem import Problem, pose
 from fitting.progress import Silent
 from fitting.settings import Settings
 from jaxstick.effect import AbstractEffect
+from jaxstick.effects.asymmetric_friction import AsymmetricFriction
 from jaxstick.parts.drive import SineDrive
-from tests.fitting.reference_data import WRONG, dataset, noisy, own_run
+from jaxstick.record import DataSet, Noise
+from tests.fitting.reference_data import NOISE, TRUTH, WRONG, dataset, noisy, own_run
 
 WORKERS = 2
+SUBSTEPS = 16
+UNEVEN = "asymmetric_friction"
 
 
 def grounded(effects: dict[str, AbstractEffect], seed: int) -> tuple[Problem, Model, Ground]:
@@ -39,3 +48,41 @@ def with_effect(model: Model, base: Ground, nominal: Refit, key: str) -> Refit:
     point = dataclasses.replace(nominal.point, keys=model.together((key,)))
     (found,) = refit(model, base.bench, [point], [np.concatenate([nominal.free, model.of(key)])])
     return found
+
+
+class Screened(NamedTuple):
+    """A screening, and the refit of the nominal model, its friction not wandering, that it was made at."""
+
+    model: Model
+    bench: Bench
+    fit: Refit
+    seen: Screen
+
+
+@functools.cache
+def screened(times: float = 1.0, dry: float = 0.0) -> Screened:
+    """The screening of some effects of friction on a run of the 1987 rig whose noise is so many times the
+    usual one and whose dry friction differs by this share between the directions."""
+    assert NOISE.displacement is not None and NOISE.friction is not None
+    noise = Noise(times * NOISE.displacement, times * NOISE.friction)
+    exact = own_run(SineDrive(1.5, 10.325e-3), effects={UNEVEN: AsymmetricFriction(dry, 0.0)}, samples=600)
+    model, bench = laid_out(dataset(noisy(exact, np.random.default_rng(4), noise), noise=noise))
+    fit = from_the_truth(model, bench, model.together((UNEVEN,)), model.origin(TRUTH))
+    return Screened(model, bench, fit, screen(model, bench, fit, own_group=True, shapes=[]))
+
+
+def laid_out(stated: DataSet) -> tuple[Model, Bench]:
+    """The model of a data set and all its runs as lanes, without a search for constants."""
+    problem = pose(stated, Settings(workers=WORKERS))
+    samples = length(problem)
+    segments, phases = cut_in_step(problem.chosen, samples)
+    bench = lay(problem, segments, phases, SUBSTEPS, samples, samples // 4)
+    return Model(problem, WORKERS), bench
+
+
+def from_the_truth(model: Model, bench: Bench, keys: tuple[str, ...], coordinates: np.ndarray) -> Refit:
+    """The constants fitted from these coordinates on, friction not wandering."""
+    own, widths = np.asarray(bench.lanes.start), np.full(OWN - START, LEAST)
+    point = Point(keys, coordinates, np.zeros(bench.runs), own, widths)
+    (fit,) = refit(model, bench, [point], [model.index(*model.constants)], wander=False)
+    return fit

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 
 import numpy as np
@@ -12,46 +11,18 @@ import pytest
 from fitting.diagnosis.detection import DETECTED, detection_limit, limits
 from fitting.diagnosis.findings import Limit
 from fitting.diagnosis.judge import LEAST_INFLATION
-from fitting.diagnosis.laying import cut_in_step, lay, length
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Point, refit
-from fitting.diagnosis.screen import Screen, screen
-from fitting.diagnosis.wander import LEAST, OWN, START
-from fitting.problem import pose
-from fitting.settings import Settings
-from jaxstick.effects.asymmetric_friction import AsymmetricFriction
-from jaxstick.parts.drive import SineDrive
-from jaxstick.record import Noise
-from tests.fitting.reference_data import NOISE, TRUTH, dataset, own_run
+from fitting.diagnosis.screen import Screen
+from tests.fitting.diagnosis.grounded import screened
 
 KEY, STRENGTHS = "asymmetric_friction", ["dry", "viscous"]
-SUBSTEPS = 16
 
 
-@functools.cache
-def screened(times: float = 1.0, dry: float = 0.0) -> tuple[Model, Screen]:
-    """The screening of some effects of friction on a run of the 1987 rig whose noise is so many times the
-    usual one and whose dry friction differs by this share between the directions."""
-    random = np.random.default_rng(4)
-    assert NOISE.displacement is not None and NOISE.friction is not None
-    of_displacement, of_friction = times * NOISE.displacement, times * NOISE.friction
-    exact = own_run(SineDrive(1.5, 10.325e-3), effects={KEY: AsymmetricFriction(dry, 0.0)}, samples=600)
-    assert exact.friction is not None
-    run = dataclasses.replace(
-        exact,
-        displacement=exact.displacement + of_displacement * random.standard_normal(600),
-        friction=exact.friction + of_friction * random.standard_normal(600),
-    )
-    stated = dataclasses.replace(dataset(run), noise=Noise(of_displacement, of_friction))
-    problem = pose(stated, Settings(workers=2))
-    model, samples = Model(problem, 2), length(problem)
-    segments, phases = cut_in_step(problem.chosen, samples)
-    bench = lay(problem, segments, phases, SUBSTEPS, samples, samples // 4)
-    own = np.asarray(bench.lanes.start)
-    keys = model.together((KEY,))
-    point = Point(keys, model.origin(TRUTH), np.zeros(1), own, np.full(OWN - START, LEAST))
-    (fit,) = refit(model, bench, [point], [model.index(*model.constants)], wander=False)
-    return model, screen(model, bench, fit, own_group=True, shapes=[])
+def seen_of(times: float = 1.0, dry: float = 0.0) -> tuple[Model, Screen]:
+    """The screening of some effects of friction on a run whose noise is so many times the usual one and whose
+    dry friction differs by this share between the directions."""
+    whole = screened(times, dry)
+    return whole.model, whole.seen
 
 
 def limit_of(model: Model, seen: Screen, inflation: float = 1.0) -> Limit:
@@ -59,7 +30,7 @@ def limit_of(model: Model, seen: Screen, inflation: float = 1.0) -> Limit:
 
 
 def test_every_strength_has_a_limit():
-    model, seen = screened()
+    model, seen = seen_of()
     found = limits(model, seen, 1.0)
     strengths = [f"{limit.effect}.{limit.strength}" for limit in found]
     assert strengths == [name for key in seen.keys for name in model.shelf.strengths[key]]
@@ -73,7 +44,7 @@ def test_every_strength_has_a_limit():
 
 
 def test_limits_are_those_of_the_usual_shape():
-    model, seen = screened()
+    model, seen = seen_of()
     promise = next(promise for promise in seen.usual if promise.key == KEY)
     assert [promise.key for promise in seen.usual] == list(seen.keys)
     assert limit_of(model, seen).value == detection_limit(model, promise, 1.0)
@@ -83,18 +54,18 @@ def test_limits_are_those_of_the_usual_shape():
 
 def test_the_limit_grows_with_the_noise():
     """Nearly: what is known beforehand of the constants does not."""
-    once, thrice = (limit_of(*screened(times)).value for times in (1.0, 3.0))
+    once, thrice = (limit_of(*seen_of(times)).value for times in (1.0, 3.0))
     assert thrice / once == pytest.approx(3.0, rel=0.15)
-    model, seen = screened()
+    model, seen = seen_of()
     doubled = limit_of(model, seen, 4 * LEAST_INFLATION).value
     assert doubled == pytest.approx(2 * once, rel=1e-12)
 
 
 def test_an_effect_far_beyond_its_limit_is_detected():
-    model, seen = screened()
+    model, seen = seen_of()
     limit = limit_of(model, seen).value
     quiet, _ = scored(seen)
-    _, loud = screened(1.0, 3.0 * limit)
+    _, loud = seen_of(1.0, 3.0 * limit)
     score, change = scored(loud)
     assert quiet < LEAST_INFLATION * DETECTED < score
     scale = model.members[model.index(f"{KEY}.dry")[0]].scale
@@ -109,7 +80,7 @@ def scored(seen: Screen) -> tuple[float, float]:
 
 def test_what_cannot_show_has_no_limit():
     """On this rig next to no friction is viscous. What leaves no trace is like nothing."""
-    model, seen = screened()
+    model, seen = seen_of()
     viscous = next(limit for limit in limits(model, seen, 1.0) if limit.strength == STRENGTHS[1])
     assert viscous.effect == KEY and math.isinf(viscous.value)
     place = seen.keys.index(KEY)

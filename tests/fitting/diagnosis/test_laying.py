@@ -1,4 +1,5 @@
-"""Corners of a record count for less, for sensor and sampling decide them; samples that stand out do not."""
+"""How records become lanes: corners count for less, for sensor and sampling decide them, samples that stand
+out do not, and starts are not held to what a sensor reads."""
 
 from __future__ import annotations
 
@@ -8,11 +9,15 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis.laying import NOISY_BEND, tempered
+from fitting.diagnosis.refit import refit
 from fitting.problem import pose
 from fitting.segments import Segment, lay_out
 from fitting.settings import Settings
+from jaxstick.effects.displacement_gain import DisplacementGain
 from jaxstick.parts.drive import SineDrive
-from tests.fitting.reference_data import WRONG, dataset, noisy, own_run
+from jaxstick.record import Noise
+from tests.fitting.diagnosis.grounded import from_the_truth, laid_out
+from tests.fitting.reference_data import TRUTH, WRONG, dataset, noisy, own_run
 
 SAMPLES = 60
 
@@ -48,3 +53,16 @@ def test_a_sample_that_stands_out_is_no_corner(lanes):
     spike = np.zeros(SAMPLES)
     spike[30] = 100 * NOISY_BEND
     assert np.all(weights(lanes, spike) == 1)
+
+
+def test_starts_do_not_hold_a_gain_to_nothing():
+    """A sensor of little noise reads 6 % too much: the gain is found as far as the rig's tolerance goes."""
+    gain, noise = 0.06, Noise(displacement=1e-6, friction=0.03)
+    exact = own_run(SineDrive(1.5, 10.325e-3), effects={"gain": DisplacementGain(gain)}, samples=1000)
+    model, bench = laid_out(dataset(noisy(exact, np.random.default_rng(3), noise), noise=noise))
+    keys, name = model.together(("displacement_gain",)), "displacement_gain.gain"
+    begin = from_the_truth(model, bench, keys, model.origin(TRUTH))
+    free = np.concatenate([model.nuisances(), model.of("displacement_gain")])
+    (found,) = refit(model, bench, [begin.point], [free], wander=False)
+    assert begin.misfit > 100 and found.misfit < 1.2
+    assert model.values(found.point.coordinates, [name])[name] == pytest.approx(gain, abs=0.015)

@@ -1,0 +1,47 @@
+"""What the screening promises is what a refit finds, as far as an effect is small."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis.refit import Refit, refit
+from tests.fitting.diagnosis.grounded import UNEVEN, Screened, screened
+
+DRY = 0.01
+
+
+@pytest.fixture(scope="module")
+def slight() -> Screened:
+    """A screening where dry friction differs by one part in a hundred between the directions."""
+    return screened(1.0, DRY)
+
+
+@pytest.fixture(scope="module")
+def found(slight: Screened) -> Refit:
+    free = np.concatenate([slight.fit.free, slight.model.of(UNEVEN)])
+    (with_effect,) = refit(slight.model, slight.bench, [slight.fit.point], [free], wander=False)
+    return with_effect
+
+
+def test_the_expected_change_is_the_strength(slight: Screened, found: Refit):
+    promise = next(promise for promise in slight.seen.usual if promise.key == UNEVEN)
+    (dry,) = slight.model.index(f"{UNEVEN}.dry")
+    scale = slight.model.members[dry].scale
+    assert promise.change[0] * scale == pytest.approx(DRY, rel=0.05)
+    assert found.point.coordinates[dry] * scale == pytest.approx(DRY, rel=0.05)
+
+
+def test_the_fall_of_chi_square_is_the_score(slight: Screened, found: Refit):
+    promise = next(promise for promise in slight.seen.usual if promise.key == UNEVEN)
+    assert (slight.fit.cost - found.cost).sum() == pytest.approx(promise.score, rel=0.1)
+
+
+def test_constants_make_room_as_promised(slight: Screened, found: Refit):
+    """Each constant ends where the linearised model says, to within a fifth of the way."""
+    promise = next(promise for promise in slight.seen.usual if promise.key == UNEVEN)
+    free = slight.fit.free
+    way = found.point.coordinates[free] - slight.fit.point.coordinates[free]
+    foretold = (promise.around + promise.room)[: len(free)]
+    np.testing.assert_allclose(foretold, way, rtol=0.2, atol=1e-4)
+    assert np.abs(promise.room).max() > 0.01
