@@ -18,14 +18,24 @@ from fitting.diagnosis.contest import Explanation
 from fitting.diagnosis.detection import detection_limit, limits
 from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter, Trace
 from fitting.diagnosis.ground import Ground, ground, resolved
+from fitting.diagnosis.judge import refuted
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point, Refit, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.settings import DiagnosisSettings
-from fitting.diagnosis.shrink import Split, check_hold_out, closure, part, share_closed, split
+from fitting.diagnosis.shrink import (
+    Split,
+    check_hold_out,
+    closure,
+    left_open,
+    part,
+    refutes,
+    share_closed,
+    split,
+)
 from fitting.diagnosis.survey import Survey, survey
-from fitting.diagnosis.words import advice, notes, sentence, steps_taken
+from fitting.diagnosis.words import advice, notes, refutation, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
 from fitting.result import Constant
@@ -76,6 +86,11 @@ def diagnose(
     progress.stage("how far the gap shrinks", 3)
     shrunk = closure(problem, model, base.bench, held, _fits(found, named), base.point.own, settings.seed)
     progress.advance()
+    doubts: tuple[str, ...] = ()
+    if named is not None and refutes(shrunk):
+        doubts = (refutation(named.keys, shrunk),)
+        found, named = dataclasses.replace(found, judgement=refuted(found.judgement)), None
+        shrunk = left_open(shrunk)
     before, after = _finally(model, base, held, found, named)
     progress.advance()
     seen_before, seen_after = (see(model, base.bench, fit.point) for fit in (before, after))
@@ -110,7 +125,7 @@ def diagnose(
         traces=_traces(problem, base.segments, held, seen_before, seen_after),
         cards={key: model.shelf.effects[key].card for key in mentioned},
         next_experiment=advice(problem, model, found, bench),
-        notes=notes(problem, found, where, held, chosen),
+        notes=(*doubts, *notes(problem, found, where, held, chosen)),
         steps=steps_taken(problem, model, found, base, held, chosen),
         sha256=dataset.sha256,
         settings=dataclasses.asdict(settings),

@@ -59,6 +59,8 @@ DOUBT = 0.004
 ENOUGH = 0.9
 NOTABLE = 0.1
 MOST_NAMED = 4
+REFUTED = 0.1
+"""The share of its probability that an effect keeps when what took no part speaks against it."""
 TOLD_APART = 2
 """Against "unlisted", or two effects at work, so many single effects stand together: an answer that leaves
 the choice between more is none."""
@@ -136,6 +138,20 @@ def judge(
             effects[key] += explanations["+".join(account.keys)] / len(account.keys)
     verdict, named = verdict_of(explanations)
     return Judgement(explanations, effects, verdict, named)
+
+
+def refuted(judgement: Judgement) -> Judgement:
+    """The judgement once runs that took no part have spoken against the effects that it names: what was
+    likely of effects is so of "unlisted", but for a tenth."""
+    explanations = _doubted(judgement.explanations)
+    verdict, named = verdict_of(explanations)
+    return Judgement(explanations, _doubted(judgement.effects), verdict, named)
+
+
+def _doubted(shares: Mapping[str, float]) -> dict[str, float]:
+    doubted = {name: p if name in (NONE, UNLISTED) else REFUTED * p for name, p in shares.items()}
+    doubted[UNLISTED] += 1 - sum(doubted.values())
+    return doubted
 
 
 def _levelled(

@@ -34,9 +34,14 @@ NEARLY_ALL, DOUBT = 0.9, 0.1
 """or at least these shares of what the rig has of the same kind: friction, by which sizes go, may be
 small."""
 SHAPE_FREEDOM = 1.5
-RIG_TOLERANCE = {"mass": 0.01, "stiffness": 0.004, "drive_stiffness": 0.004, "damping": 0.2}
-"""By what share a stated property of the rig may be off without that being called an effect (one standard
-deviation; 2.5 of them are the bounds)."""
+RIG_TOLERANCE = {
+    "mass": (0.01, 0.025),
+    "stiffness": (0.004, 0.01),
+    "drive_stiffness": (0.004, 0.01),
+    "damping": (0.2, 2.0),
+}
+"""By what share a stated property of the rig may be off without that being called an effect: one standard
+deviation, and at most. Damping is hardly ever known well."""
 CONTACT_FREEDOM = 0.5
 LEVEL_TOLERANCE = 0.15
 """By what share the friction of one run may differ from the others' (one standard deviation)."""
@@ -266,16 +271,15 @@ class Model:
 def _rig_unknowns(problem: Problem) -> list[Unknown]:
     rig = problem.dataset.rig
     found = []
-    for name, share in RIG_TOLERANCE.items():
+    for name, (share, most) in RIG_TOLERANCE.items():
         value = getattr(rig, name)
         if value > 0:
-            width = 2.5 * share
             found.append(
                 Unknown(
                     f"rig.{name}",
                     "",
-                    value * (1 - width),
-                    value * (1 + width),
+                    value / (1 + most),
+                    value * (1 + most),
                     "log",
                     1.0,
                     value,

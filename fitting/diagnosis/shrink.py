@@ -24,6 +24,8 @@ FEWEST_RUNS = 4
 SETTLED = 8
 """Refits of starts and levels alone take so many steps at most."""
 LEAST_REDUCIBLE = 0.02
+GAPING, OPEN = 1.5, 0.3
+"""A gap of more than so many times its floor is there to be closed; a cause closes more than this share."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -121,6 +123,18 @@ def closure(
         wrong=closed("wrong") if "wrong" in gaps else None,
         held_out=held.files,
         by_segments=held.by_segments,
+    )
+
+
+def refutes(shrunk: Closure) -> bool:
+    """Whether what took no part speaks against what is named: a gap is there, and stays open."""
+    return shrunk.before > GAPING * shrunk.floor and shrunk.interval[1] < OPEN
+
+
+def left_open(shrunk: Closure) -> Closure:
+    """The same gaps with nothing named."""
+    return dataclasses.replace(
+        shrunk, after=shrunk.before, closed=0.0, interval=(0.0, 0.0), placebo=None, wrong=None
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -44,6 +44,16 @@ def sentence(model: Model, judgement: Judgement, shrunk: Closure, where: Where) 
     return (
         f"These records cannot tell {', '.join(titles[:-1])} from {titles[-1]}; "
         f"{closed.replace('it closes', 'the likeliest closes')}."
+    )
+
+
+def refutation(named: Sequence[str], shrunk: Closure) -> str:
+    """Why what explains the fitted records best is not named."""
+    held = "segments" if shrunk.by_segments else "runs"
+    return (
+        f"{' with '.join(named)} explains the {held} that were fitted best, but on those that took no part "
+        f"the gap is {shrunk.after:.3g} times the noise with it and {shrunk.before:.3g} without: "
+        "it is not the cause."
     )
 
 

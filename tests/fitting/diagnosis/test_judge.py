@@ -14,6 +14,7 @@ from fitting.diagnosis.judge import (
     judge,
     leaves_nothing,
     pieces_of_evidence,
+    refuted,
     suffices,
     verdict_of,
 )
@@ -58,6 +59,21 @@ def test_a_choice_between_many_effects_is_no_answer():
     verdict, named = verdict_of({**spread, "unlisted": 0.28})
     assert verdict == "ambiguous" and set(named) == set(SHELF[:4])
     assert verdict_of({**spread, "unlisted": 0.0, "none": 0.4})[0] == "ambiguous"
+
+
+def test_what_other_runs_refute_is_unlisted():
+    """What is left to the effects keeps its order; "none" is not touched."""
+    found = judge(9.0, [account(0, 1.01), account(1, 4.0), account(2, 8.5)], SAMPLES, 1.5, SHELF)
+    doubted = refuted(found)
+    assert (doubted.verdict, doubted.named) == ("unlisted", ())
+    assert doubted.effects["unlisted"] > 0.85
+    for before, after in (
+        (found.effects, doubted.effects),
+        (found.explanations, doubted.explanations),
+    ):
+        assert sum(after.values()) == pytest.approx(1.0)
+        assert after["none"] == before["none"]
+        assert after[SHELF[0]] == pytest.approx(0.1 * before[SHELF[0]])
 
 
 def test_a_pair_is_named_where_one_alone_leaves_a_gap():
