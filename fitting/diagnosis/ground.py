@@ -10,7 +10,7 @@ import numpy as np
 
 from fitting.diagnosis.laying import cut_in_step, divided, lay, length
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import ITERATIONS, Bench, Point, Refit, job, refit
+from fitting.diagnosis.refit import ITERATIONS, Bench, Point, Refit, job, misfit_of, refit
 from fitting.diagnosis.release import settled
 from fitting.diagnosis.wander import LEAST, OWN, START
 from fitting.problem import Problem, beginnings
@@ -29,6 +29,10 @@ SEARCH, FINALISTS, REFINED = 25, 3, 15
 HOPELESS = 2.0
 STIFFER = (1.0, 20.0)
 """The search begins with the contact stiffness that is read off, and with so many times as much."""
+STIFFNESSES = np.geomspace(1 / 30, 30, 15)
+"""Contact stiffnesses that are tried once the other constants are about right, as shares of the one that was
+found: lanes ring in stick, and a frequency that is off has minima of its own."""
+RESTARTS = 2
 TOLERANCE, NEARLY_ALL = 0.1, 0.9
 WANDER = 0.01
 """How far friction is first taken to wander, as a share of itself."""
@@ -54,7 +58,8 @@ def ground(problem: Problem, model: Model, settings: Settings, progress: Progres
     shortest = lay(problem, short, [-1] * len(short), finest, samples // UNITS + 1, 0).coarser()
     progress.stage("nominal model", SEARCH + REFINED)
     rough = _fitted(model, _some(shortest, FEW), begin, progress, iterations=SEARCH)
-    found = _fitted(model, _some(shortest, MORE), _best(model, rough), Silent())
+    others = other_stiffnesses(model, _some(shortest, FEW), min(rough, key=lambda fit: fit.misfit))
+    found = _fitted(model, _some(shortest, MORE), [*_best(model, rough), *others], Silent())
     best = _best(model, found)
     bench = lay(problem, segments, phases, _steps(problem, UNITS, best, settings), samples, samples // LEAD)
     fits = _fitted(model, bench, best, progress, iterations=REFINED, settle=True, hopeless=HOPELESS)
@@ -92,6 +97,23 @@ def _beginnings(problem: Problem, settings: Settings) -> np.ndarray:
         other[:, place] = problem.unknowns.members[place].to_coordinate(factor * values)
         out.append(np.clip(other, problem.unknowns.lower, problem.unknowns.upper))
     return np.concatenate(out)
+
+
+def other_stiffnesses(model: Model, bench: Bench, fit: Refit) -> list[np.ndarray]:
+    """The constants (coordinates) of a fit with other stiffnesses of the contact, those at which lanes that
+    settle cost least."""
+    (place,) = model.index("k1")
+    constants, member = model.index(*model.constants), model.members[place]
+    points, costs = [], []
+    for share in STIFFNESSES:
+        coordinates = fit.point.coordinates.copy()
+        coordinates[place] = member.to_coordinate(share * member.to_value(coordinates[place]))
+        coordinates = np.clip(coordinates, model.lower, model.upper)
+        point = dataclasses.replace(fit.point, coordinates=coordinates)
+        _, cost = settled(model, bench, point)
+        points.append(coordinates[constants])
+        costs.append(misfit_of(cost, bench.dof()))
+    return [points[i] for i in np.argsort(costs)[:RESTARTS]]
 
 
 def _steps(problem: Problem, group: int, points: Sequence[np.ndarray], settings: Settings) -> int:
