@@ -13,7 +13,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-import numpy as np
 
 from fitting.diagnosis.detection import limits
 from fitting.diagnosis.findings import Limit
@@ -54,7 +53,7 @@ def predicted(folder: Path) -> tuple[Limit, ...]:
     (nominal,) = refit(model, base.bench, [base.point], [model.nuisances()])
     nominal = released(model, base.bench, nominal)
     seen = screen(model, base.bench, nominal, shapes=[])
-    return limits(model, seen, float(np.median([promise.inflation for promise in seen.promises])))
+    return limits(model, seen, seen.inflation)
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ def limits(cases: Sequence[Judged]) -> dict[str, Any]:
     """
     known = [case for case in cases if case.limit_ratio is not None]
     beyond = [case for case in known if (case.limit_ratio or 0.0) >= BEYOND]
-    predicted = over_predicted(cases)
+    predicted = _over_predicted(cases)
     named: dict[str, list[bool]] = {}
     for case, ratio in predicted:
         if ratio >= BEYOND:
@@ -50,7 +50,7 @@ def limits(cases: Sequence[Judged]) -> dict[str, Any]:
     }
 
 
-def over_predicted(cases: Sequence[Judged]) -> list[tuple[Judged, float]]:
+def _over_predicted(cases: Sequence[Judged]) -> list[tuple[Judged, float]]:
     """The cases that have a strength over the limit predicted for their records, each with it."""
     ratios = ((case, predicted_ratio(case)) for case in cases)
     return [(case, ratio) for case, ratio in ratios if ratio is not None]

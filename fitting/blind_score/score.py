@@ -14,7 +14,7 @@ from fitting.blind_score.baselines import by_bic, by_signature, chance
 from fitting.blind_score.figures import answers, figures
 from fitting.blind_score.intervals import mean, share
 from fitting.blind_score.judged import MISSING, PAIR, SINGLE, Judged
-from fitting.blind_score.limits import BEYOND, curve, over_predicted
+from fitting.blind_score.limits import limits
 from jaxstick.output import to_json
 from jaxstick.version import version
 
@@ -133,18 +133,15 @@ def by_effect(cases: Sequence[Judged]) -> dict[str, dict[str, Any]]:
     found = {}
     for key in (key for key in FAMILIES if any(case.truth == (key,) for case in cases)):
         own = [case for case in cases if case.kind == SINGLE and case.truth == (key,)]
-        known = [case for case in own if case.limit_ratio is not None]
-        fitted = curve([case.limit_ratio or 0.0 for case in known], [case.right() for case in known])
-        predicted = over_predicted(own)
-        foreseen = curve([ratio for _, ratio in predicted], [case.right() for case, _ in predicted])
+        seen = limits(own)
         found[key] = {
             "family": FAMILIES[key],
             "top1": share(case.right() for case in own),
             "probability": mean([case.probability() for case in own]),
-            "named_beyond_predicted": share(case.right() for case, ratio in predicted if ratio >= BEYOND),
-            "a90_predicted": foreseen["a90"] if foreseen else None,
-            "named_beyond": share(case.right() for case in known if (case.limit_ratio or 0.0) >= BEYOND),
-            "a90": fitted["a90"] if fitted else None,
+            "named_beyond_predicted": seen["named_beyond_predicted"],
+            "a90_predicted": (seen["predicted_ratio"] or {}).get("a90"),
+            "named_beyond": seen["named_beyond"],
+            "a90": (seen["limit_ratio"] or {}).get("a90"),
         }
     return found
 

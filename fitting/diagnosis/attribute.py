@@ -56,7 +56,6 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
     left = nominal.misfit / floor, leader.refit.misfit / floor
     alone = leaves_nothing(*left)
     around = screen(model, bench, leader.refit, own_group=alone, shapes=[] if alone else first.shapes)
-    inflation = float(np.median([promise.inflation for promise in around.promises]))
     promising = any(promise.standing > PROMISING for promise in around.promises)
     if not alone and (promising or not suffices(*left)):
         found += _pairs(model, bench, found, around, first.shapes, progress)
@@ -70,11 +69,11 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
         nominal.misfit / floor,
         accounts,
         float(bench.dof().sum()),
-        inflation,
+        around.inflation,
         list(model.shelf.effects),
         aliases(model, first),
     )
-    return Attribution(nominal, tuple(found), first, judgement, inflation, floor)
+    return Attribution(nominal, tuple(found), first, judgement, around.inflation, floor)
 
 
 def _pairs(

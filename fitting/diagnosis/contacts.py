@@ -85,8 +85,8 @@ def choose_contact(
     """The contact that the records may ask for, on a bench that has some `lanes` of the ground.
 
     Every contact is tried on each of the fits under the paper's: the nominal model's, and those of effects
-    that may act beside it. Of those on which lanes cost less than `WORTH_TRYING` the
-    one on which they cost least is chosen.
+    that may act beside it. Of those on which lanes cost less than `WORTH_TRYING` the one on which they cost
+    least is chosen.
     """
     parts = problem.hypothesis.nominal
     paper = refit(model, bench, [fit.point for fit in fits], [fit.free for fit in fits], iterations=STEPS)

@@ -57,8 +57,9 @@ def ground(problem: Problem, model: Model, settings: Settings, progress: Progres
     finest = _steps(problem, 1, begin, settings)
     shortest = lay(problem, short, [-1] * len(short), finest, samples // UNITS + 1, 0).coarser()
     progress.stage("nominal model", SEARCH + REFINED)
-    rough = _fitted(model, _some(shortest, FEW), begin, progress, iterations=SEARCH)
-    others = other_stiffnesses(model, _some(shortest, FEW), min(rough, key=lambda fit: fit.misfit))
+    few = _some(shortest, FEW)
+    rough = _fitted(model, few, begin, progress, iterations=SEARCH)
+    others = other_stiffnesses(model, few, min(rough, key=lambda fit: fit.misfit))
     found = _fitted(model, _some(shortest, MORE), [*_best(model, rough), *others], Silent())
     best = _best(model, found)
     bench = lay(problem, segments, phases, _steps(problem, UNITS, best, settings), samples, samples // LEAD)
@@ -100,8 +101,8 @@ def _beginnings(problem: Problem, settings: Settings) -> np.ndarray:
 
 
 def other_stiffnesses(model: Model, bench: Bench, fit: Refit) -> list[np.ndarray]:
-    """The constants (coordinates) of a fit with other stiffnesses of the contact, those at which lanes that
-    settle cost least."""
+    """The constants (coordinates) of a fit with other stiffnesses of the contact: those at which lanes that
+    settle cost least, but for its own."""
     (place,) = model.index("k1")
     constants, member = model.index(*model.constants), model.members[place]
     points, costs = [], []
@@ -113,7 +114,7 @@ def other_stiffnesses(model: Model, bench: Bench, fit: Refit) -> list[np.ndarray
         _, cost = settled(model, bench, point)
         points.append(coordinates[constants])
         costs.append(misfit_of(cost, bench.dof()))
-    return [points[i] for i in np.argsort(costs)[:RESTARTS]]
+    return [points[i] for i in np.argsort(costs)[:RESTARTS] if not np.isclose(STIFFNESSES[i], 1.0)]
 
 
 def _steps(problem: Problem, group: int, points: Sequence[np.ndarray], settings: Settings) -> int:

@@ -320,10 +320,10 @@ def prior_of(model: Model, bench: Bench, point: Point, free: np.ndarray) -> Prio
 
 
 def summed(gradient: np.ndarray, curvature: np.ndarray, bench: Bench) -> tuple[np.ndarray, np.ndarray]:
-    """Gradient and curvature of the free unknowns and of every run's level, from those of lanes whose first
-    column is the level."""
+    """Gradient (or several side by side) and curvature of the free unknowns and of every run's level, from
+    those of lanes whose first column is the level."""
     n, runs = gradient.shape[1] - 1, bench.runs
-    g, h = np.zeros(n + runs), np.zeros((n + runs, n + runs))
+    g, h = np.zeros((n + runs, *gradient.shape[2:])), np.zeros((n + runs, n + runs))
     g[:n], h[:n, :n] = gradient[:, 1:].sum(0), curvature[:, 1:, 1:].sum(0)
     np.add.at(g[n:], bench.run, gradient[:, 0])
     np.add.at(h, (n + bench.run, n + bench.run), curvature[:, 0, 0])

@@ -16,7 +16,7 @@ from scipy.stats import qmc
 
 from fitting.diagnosis.model import Job, Model
 from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import Bench, Projection, Refit, chosen_columns, job, prior_of
+from fitting.diagnosis.refit import Bench, Projection, Refit, chosen_columns, job, prior_of, summed
 from fitting.diagnosis.wander import allowed
 
 SHAPES = 31
@@ -69,6 +69,11 @@ class Screen:
     usual: tuple[Promise, ...]
     cosine: np.ndarray
     shapes: Shapes
+
+    @property
+    def inflation(self) -> float:
+        """By how much scores vary more from lane to lane than white residuals say, for a typical effect."""
+        return float(np.median([promise.inflation for promise in self.promises]))
 
     @property
     def ranked(self) -> list[Promise]:
@@ -224,17 +229,11 @@ class _Table:
         common: np.ndarray,
         templates: np.ndarray,
     ) -> None:
-        n, runs = len(at.free), bench.runs
+        n = len(at.free)
         own = common[:, :, : 1 + n].transpose(0, 2, 1)
         wanted = np.concatenate([templates, common[:, :, -1:]], axis=2)
         among, across = own @ common[:, :, : 1 + n], own @ wanted
-        curvature, coupling = np.zeros((n + runs, n + runs)), np.zeros((n + runs, wanted.shape[2]))
-        curvature[:n, :n] = among[:, 1:, 1:].sum(0)
-        np.add.at(curvature[n:, :n], bench.run, among[:, 0, 1:])
-        curvature[:n, n:] = curvature[n:, :n].T
-        np.add.at(curvature, (n + bench.run, n + bench.run), among[:, 0, 0])
-        coupling[:n] = across[:, 1:].sum(0)
-        np.add.at(coupling, n + bench.run, across[:, 0])
+        coupling, curvature = summed(across, among, bench)
         prior = prior_of(model, bench, at.point, at.free)
         coupling[:, -1] += prior.gradient
         curvature += prior.curvature
