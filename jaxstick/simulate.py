@@ -18,10 +18,10 @@ from jaxstick.parts.motion import Scalar
 from jaxstick.precision import float64
 from jaxstick.solver import Staggered, leap
 
-Substep = Callable[[Any, Array], tuple[Any, Scalar]]
-"""One integration step: what is carried and the step's number in, what is carried on and the acceleration."""
-Sampled = Callable[[Any, Array], tuple[Any, Any]]
-"""From one sample to the next: what is carried and the sample's number in, what is carried on and seen."""
+Substep = Callable[[Any, Array], Any]
+"""One integration step: what is carried and the number of the step in, what is carried on."""
+See = Callable[[Any, Array], Any]
+"""What is seen after a step: what is carried and the number of the step in."""
 
 
 class Grid(eqx.Module):
@@ -32,21 +32,22 @@ class Grid(eqx.Module):
     samples: int = eqx.field(static=True)
     substeps: int = eqx.field(static=True, default=1)
 
-    def walk(self, substep: Substep, carry: Any, index: Array, unroll: int) -> tuple[Any, Scalar]:
-        """From sample `index` to the next: what is carried there, and the acceleration there."""
+    def walk(self, substep: Substep, see: See, carry: Any, first: Any, unroll: int) -> Any:
+        """What is seen at every sample; `first`, at the first."""
 
         def between(carry: Any, count: Array) -> tuple[Any, None]:
-            return substep(carry, count)[0], None
+            return substep(carry, count), None
 
-        # The last step stands alone: what only a sample shows is then computed once a sample.
-        first, last = index * self.substeps, (index + 1) * self.substeps
-        counts = first + jnp.arange(1, self.substeps)
-        carry, _ = jax.lax.scan(between, carry, counts, unroll=max(1, min(unroll, self.substeps - 1)))
-        return substep(carry, last)
+        def sample(carry: Any, index: Array) -> tuple[Any, Any]:
+            # The last step stands alone: what only a sample shows is then computed once a sample.
+            begin, last = index * self.substeps, (index + 1) * self.substeps
+            counts = begin + jnp.arange(1, self.substeps)
+            carry, _ = jax.lax.scan(between, carry, counts, unroll=max(1, min(unroll, self.substeps - 1)))
+            carry = substep(carry, last)
+            return carry, see(carry, last)
 
-    def follow(self, sample: Sampled, carry: Any) -> Any:
-        """What is seen at every sample after the first."""
-        return jax.lax.scan(sample, carry, jnp.arange(self.samples - 1))[1]
+        later = jax.lax.scan(sample, carry, jnp.arange(self.samples - 1))[1]
+        return jax.tree.map(lambda one, more: jnp.concatenate([one[None], more]), first, later)
 
 
 class OpenGrid(eqx.Module):
@@ -60,29 +61,24 @@ class OpenGrid(eqx.Module):
     reach: Int[Array, ""]
     samples: int = eqx.field(static=True)
 
-    def walk(self, substep: Substep, carry: Any, index: Array, unroll: int) -> tuple[Any, Scalar]:
-        """As that of `Grid`, its last step a turn of the loop like the others: large programs compile faster
-        where a step is written out once."""
+    def walk(self, substep: Substep, see: See, carry: Any, first: Any, unroll: int) -> Any:
+        """As that of `Grid`, in a single loop over all steps, which is traced and compiled much faster than
+        one within another; every step writes what is seen where the last before the sample has the last word.
+        """
         del unroll
-        first = index * self.substeps
 
-        def between(count: Array, state: tuple[Any, Scalar]) -> tuple[Any, Scalar]:
-            return substep(state[0], first + count)
+        def put(whole: Any, new: Any, index: Array | int) -> Any:
+            return jax.tree.map(
+                lambda rows, row: jax.lax.dynamic_update_index_in_dim(rows, row, index, 0), whole, new
+            )
 
-        return jax.lax.fori_loop(1, self.substeps + 1, between, (carry, jnp.zeros_like(self.interval)))
+        def onward(count: Array, state: tuple[Any, Any]) -> tuple[Any, Any]:
+            carry = substep(state[0], count)
+            return carry, put(state[1], see(carry, count), (count - 1) // self.substeps + 1)
 
-    def follow(self, sample: Sampled, carry: Any) -> Any:
-        """As that of `Grid`."""
-        one = jax.eval_shape(lambda carry: sample(carry, jnp.asarray(0))[1], carry)
-        blank = jax.tree.map(lambda leaf: jnp.zeros((self.samples - 1, *leaf.shape), leaf.dtype), one)
-
-        def onward(index: Array, state: tuple[Any, Any]) -> tuple[Any, Any]:
-            carry, seen = state
-            carry, new = sample(carry, index)
-            put = jax.lax.dynamic_update_index_in_dim
-            return carry, jax.tree.map(lambda whole, now: put(whole, now, index, 0), seen, new)
-
-        return jax.lax.fori_loop(0, self.reach - 1, onward, (carry, blank))[1]
+        blank = jax.tree.map(lambda row: jnp.zeros((self.samples, *row.shape), row.dtype), first)
+        last = (self.reach - 1) * self.substeps
+        return jax.lax.fori_loop(1, last + 1, onward, (carry, put(blank, first, 0)))[1]
 
 
 class Trajectory(NamedTuple):
@@ -113,28 +109,32 @@ def march(oscillator: Oscillator, start: Start, grid: Grid | OpenGrid, unroll: i
     acceleration = oscillator.acceleration(origin, state)
     excitation = oscillator.drive.at(origin)
 
-    def substep(carry: Any, count: Array) -> tuple[Any, Scalar]:
-        staggered, before = carry
+    def substep(carry: Any, count: Array) -> Any:
+        staggered, before, _ = carry
         t = origin + h * count.astype(h.dtype)
         after = oscillator.drive.at(t)
         staggered, acceleration = leap(oscillator, t, h, before, after, staggered)
-        return (staggered, after), acceleration
+        return staggered, after, acceleration
 
-    def sample(carry: Any, index: Array) -> tuple[Any, Any]:
-        carry, acceleration = grid.walk(substep, carry, index, unroll)
-        staggered, excitation = carry
-        t = origin + h * ((index + 1) * grid.substeps).astype(h.dtype)
-        return carry, _see(oscillator, t, staggered.state, acceleration, excitation)
+    def see(carry: Any, count: Array) -> Any:
+        staggered, excitation, acceleration = carry
+        t = origin + h * count.astype(h.dtype)
+        return _see(oscillator, t, staggered.state, acceleration, excitation)
 
-    first = Staggered.of(state, acceleration, h), excitation
-    seen = grid.follow(sample, first)
-    seen = jax.tree.map(
-        lambda at_start, later: jnp.concatenate([jnp.asarray(at_start)[None], later]),
-        _see(oscillator, origin, state, acceleration, excitation),
-        seen,
-    )
+    first = jax.tree.map(jnp.asarray, _see(oscillator, origin, state, acceleration, excitation))
+    begin = (_spread(Staggered.of(state, acceleration, h), state.x), excitation, acceleration)
+    seen = grid.walk(substep, see, begin, first, unroll)
     times = origin + h * grid.substeps * jnp.arange(grid.samples, dtype=h.dtype)
     return Trajectory(times, *seen)
+
+
+def _spread(tree: Any, like: Array) -> Any:
+    """The tree, its real numbers as batched and as differentiated as one number is: a loop over what later
+    depends on that number anyway is then traced at once, and not anew for all that a turn batches."""
+    nothing = 0.0 * like
+    return jax.tree.map(
+        lambda leaf: leaf + nothing if jnp.issubdtype(jnp.result_type(leaf), jnp.floating) else leaf, tree
+    )
 
 
 def _see(

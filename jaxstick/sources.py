@@ -7,8 +7,12 @@ import ast
 import functools
 import hashlib
 import sys
+import threading
 from collections.abc import Iterable
 from pathlib import Path
+
+_PARSING = threading.Lock()
+"""Python's parser, as of 3.11, fails now and then where two threads use it at a time."""
 
 
 def digest(modules: Iterable[str]) -> str:
@@ -34,7 +38,9 @@ def _imported(module: str, packages: frozenset[str]) -> tuple[str, ...]:
     file = _file(module)
     assert file is not None
     names = set[str]()
-    for node in ast.walk(ast.parse(file.read_bytes())):
+    with _PARSING:
+        tree = ast.parse(file.read_bytes())
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module is not None and not node.level:

@@ -11,7 +11,6 @@ import functools
 import hashlib
 import os
 import threading
-from collections import defaultdict
 from collections.abc import Callable, Hashable, Mapping
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,9 @@ import numpy as np
 from jaxstick.errors import UserError
 from jaxstick.output import atomic_write_bytes
 from jaxstick.sources import digest
+
+_TRACING = threading.Lock()
+"""Tracing is Python, one thread's work at a time; another's program compiles beside it."""
 
 NAME = "traced-{}-cache"
 """What a kept program's file is called; files that end like this are thrown away when they are the oldest."""
@@ -39,7 +41,7 @@ class Traced:
         functools.update_wrapper(self, function)
         self._function, self._options = function, dict(options)
         self._programs: dict[Hashable, Callable[..., Any]] = {}
-        self._locks: defaultdict[Hashable, threading.Lock] = defaultdict(threading.Lock)
+        self._locks: dict[Hashable, threading.Lock] = {}
 
     def __call__(self, *args: Any) -> Any:
         leaves, structure = jax.tree.flatten(args)
@@ -47,7 +49,7 @@ class Traced:
         shapes = tuple((leaf.shape, leaf.dtype.str) for leaf in leaves)
         key = (structure, shapes)
         if key not in self._programs:
-            with self._locks[key]:
+            with self._locks.setdefault(key, threading.Lock()):
                 if key not in self._programs:
                     self._programs[key] = self._program(leaves, structure, shapes)
         return self._programs[key](*leaves)
@@ -56,18 +58,21 @@ class Traced:
         def flat(*leaves: Any) -> Any:
             return self._function(*jax.tree.unflatten(structure, leaves))
 
+        shaped = [jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for leaf in leaves]
         folder = jax.config.jax_compilation_cache_dir  # pyright: ignore[reportAttributeAccessIssue]
         if folder is None:
-            return jax.jit(flat, compiler_options=self._options)
+            with _TRACING:
+                lowered = jax.jit(flat).lower(*shaped)
+            return lowered.compile(self._options)
         written = f"{jax.__version__} {jax.default_backend()} {self._code(structure)} {structure} {shapes}"
         file = Path(folder) / NAME.format(hashlib.sha256(written.encode()).hexdigest())
         exported = _read(file)
-        if exported is None:
-            exported = jax.export.export(jax.jit(flat))(
-                *(jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for leaf in leaves)
-            )
-            _write(file, bytes(exported.serialize()))
-        return jax.jit(exported.call, compiler_options=self._options)
+        with _TRACING:
+            if exported is None:
+                exported = jax.export.export(jax.jit(flat))(*shaped)
+                _write(file, bytes(exported.serialize()))
+            lowered = jax.jit(exported.call).lower(*shaped)
+        return lowered.compile(self._options)
 
     def _code(self, structure: Any) -> str:
         """The function's name, and a digest of all code that it may be made of: that of its module, and of

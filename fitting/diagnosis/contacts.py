@@ -90,8 +90,9 @@ def choose_contact(
     """
     parts = problem.hypothesis.nominal
     paper = refit(model, bench, [fit.point for fit in fits], [fit.free for fit in fits], iterations=STEPS)
-    best, least = Chosen(problem, model, ground), math.inf
-    for rival in gradual_contacts(float(np.asarray(parts.contact.k1))):
+
+    def tried(rival: Rival) -> tuple[float, Chosen]:
+        """What lanes cost under a rival, infinite where that is not worth a survey, and the choice of it."""
         hypothesis = dataclasses.replace(
             problem.hypothesis, nominal=dataclasses.replace(parts, contact=rival.contact)
         )
@@ -104,16 +105,18 @@ def choose_contact(
         if _ratio(one, before) < HOPEFUL:
             one = released(its, bench, one)
             ratio = min(ratio, _ratio(one, before))
-        if ratio < WORTH_TRYING and _typical(one) < least:
-            own = ground.point.own.copy()
-            own[lanes] = one.point.own
-            alone = its.without(one.point.coordinates, its.shelf.effects)
-            widths = ground.point.widths
-            point = dataclasses.replace(one.point, keys=(), coordinates=alone, own=own, widths=widths)
-            moved = dataclasses.replace(ground, point=point)
-            best = Chosen(other, its, moved, rival.words, ratio, rival.preferred)
-            least = _typical(one)
-    return best
+        own = ground.point.own.copy()
+        own[lanes] = one.point.own
+        alone = its.without(one.point.coordinates, its.shelf.effects)
+        widths = ground.point.widths
+        point = dataclasses.replace(one.point, keys=(), coordinates=alone, own=own, widths=widths)
+        moved = dataclasses.replace(ground, point=point)
+        worth = _typical(one) if ratio < WORTH_TRYING else math.inf
+        return worth, Chosen(other, its, moved, rival.words, ratio, rival.preferred)
+
+    rivals = gradual_contacts(float(np.asarray(parts.contact.k1)))
+    least, best = min(model.side_by_side(tried, rivals), key=lambda pair: pair[0])
+    return best if math.isfinite(least) else Chosen(problem, model, ground)
 
 
 def _typical(fit: Refit) -> float:

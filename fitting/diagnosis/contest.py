@@ -73,12 +73,12 @@ def contest(
             begins.append((promise.second, 1.0))
         for begin, share in begins:
             begun = _begin(model, base, begin, share, keys, approach.far)
-            begun = dataclasses.replace(begun, own=begun.own[few])
-            if approach.settle:
-                begun = dataclasses.replace(begun, own=settled(model, heat, begun)[0])
-            points.append(begun)
+            points.append(dataclasses.replace(begun, own=begun.own[few]))
             frees.append(free)
             owners.append(promise)
+    if approach.settle:
+        starts = model.side_by_side(lambda point: settled(model, heat, point)[0], points)
+        points = [dataclasses.replace(point, own=own) for point, own in zip(points, starts, strict=True)]
     common = model.free_effects(base.free)
     progress.stage("pairs refitted" if common else "effects refitted", HEAT + ITERATIONS)
     tried = refit(
@@ -99,7 +99,7 @@ def contest(
     results = refit(
         model,
         bench,
-        [_everywhere(model, bench, base, few, result.point) for _, result in final],
+        model.side_by_side(lambda pair: _everywhere(model, bench, base, few, pair[1].point), final),
         [result.free for _, result in final],
         hopeless=HOPELESS,
         progress=lambda: progress.advance(),

@@ -188,7 +188,7 @@ def _finally(
 
     chosen = [found.nominal] if named is None else [found.nominal, named.refit]
     results = refit(model, base.bench, [begin(fit) for fit in chosen], [fit.free for fit in chosen])
-    nominal, *others = (released(model, base.bench, fit) for fit in results)
+    nominal, *others = model.side_by_side(lambda fit: released(model, base.bench, fit), results)
     return nominal, others[-1] if others else nominal
 
 

@@ -105,16 +105,18 @@ def other_stiffnesses(model: Model, bench: Bench, fit: Refit) -> list[np.ndarray
     settle cost least, but for its own."""
     (place,) = model.index("k1")
     constants, member = model.index(*model.constants), model.members[place]
-    points, costs = [], []
+    points = []
     for share in STIFFNESSES:
         coordinates = fit.point.coordinates.copy()
         coordinates[place] = member.to_coordinate(share * member.to_value(coordinates[place]))
-        coordinates = np.clip(coordinates, model.lower, model.upper)
-        point = dataclasses.replace(fit.point, coordinates=coordinates)
-        _, cost = settled(model, bench, point)
-        points.append(coordinates[constants])
-        costs.append(misfit_of(cost, bench.dof()))
-    return [points[i] for i in np.argsort(costs)[:RESTARTS] if not np.isclose(STIFFNESSES[i], 1.0)]
+        points.append(np.clip(coordinates, model.lower, model.upper))
+
+    def cost(coordinates: np.ndarray) -> float:
+        _, costs = settled(model, bench, dataclasses.replace(fit.point, coordinates=coordinates))
+        return misfit_of(costs, bench.dof())
+
+    costs = model.side_by_side(cost, points)
+    return [points[i][constants] for i in np.argsort(costs)[:RESTARTS] if not np.isclose(STIFFNESSES[i], 1.0)]
 
 
 def _steps(problem: Problem, group: int, points: Sequence[np.ndarray], settings: Settings) -> int:
@@ -154,7 +156,10 @@ def _fitted(
         coordinates[constants] = values
         own, widths = np.asarray(bench.lanes.start), np.full(OWN - START, LEAST)
         point = Point((), coordinates, np.zeros(bench.runs), own, widths)
-        points.append(dataclasses.replace(point, own=settled(model, bench, point)[0]) if settle else point)
+        points.append(point)
+    if settle:
+        starts = model.side_by_side(lambda point: settled(model, bench, point)[0], points)
+        points = [dataclasses.replace(point, own=own) for point, own in zip(points, starts, strict=True)]
     return refit(
         model,
         bench,

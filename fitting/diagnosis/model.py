@@ -7,7 +7,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -86,6 +86,8 @@ class Job(NamedTuple):
 Rows = Callable[[int, int], Sequence[np.ndarray]]
 """Which rows of every array count, given how many samples lanes have and for how many there is room."""
 _LAST = np.arange(-OWN, 0)
+In = TypeVar("In")
+Out = TypeVar("Out")
 
 
 class Model:
@@ -214,6 +216,11 @@ class Model:
         ((x, f, v, force),) = self._in_packs(prediction, jobs, lambda reach, room: 4 * [np.arange(reach)])
         return x, f, v, force
 
+    def side_by_side(self, function: Callable[[In], Out], items: Iterable[In]) -> list[Out]:
+        """The function of every item, on all of the cores that the diagnosis may use."""
+        with ThreadPoolExecutor(self.workers) as pool:
+            return list(pool.map(function, items))
+
     def at(self, coordinates: np.ndarray, keys: tuple[str, ...]) -> Hypothesis:
         """The hypothesis at these coordinates with these effects attached."""
         hypothesis, chart, own = self._attached(keys)
@@ -235,21 +242,27 @@ class Model:
         return hypothesis, chart, np.array([*own, self.level])
 
     def _in_packs(self, program: Any, jobs: Sequence[Job], rows: Rows) -> list[list[np.ndarray]]:
-        """What a program gives for the lanes of every job: arrays (lanes, rows, ..), rows that count."""
+        """What a program gives for the lanes of every job: arrays (lanes, rows, ..), rows that count. Every
+        job's first pack goes before any other's second, so that programs compile side by side."""
         tasks = [(n, first) for n, job in enumerate(jobs) for first in range(0, len(job.lanes), PACK)]
+        tasks.sort(key=lambda task: task[1])
         attached = {job.keys: self._attached(job.keys) for job in jobs}
+        rooms = [_room(job.lanes) for job in jobs]
+        lanes = [
+            dataclasses.replace(job.lanes.filled(room), substeps=1)
+            for job, room in zip(jobs, rooms, strict=True)
+        ]
 
         def run(task: tuple[int, int]) -> tuple[np.ndarray, ...]:
-            job, first = jobs[task[0]], task[1]
+            number, first = task
+            job, room = jobs[number], rooms[number]
             hypothesis, chart, own = attached[job.keys]
             place = np.full(len(self.members) + 2, -1)
             place[own] = np.arange(len(own))
             count, reach = len(job.lanes), job.lanes.displacement.shape[1]
             index = np.minimum(np.arange(first, first + PACK), count - 1)
-            room = next(room for room in ROOMS if room >= reach)
-            lanes = dataclasses.replace(job.lanes.take(index).filled(room), substeps=1)
             pack = Pack(
-                lanes,
+                lanes[number].take(index),
                 Pace(job.lanes.substeps, reach),
                 job.coordinates[np.ix_(index, own)],
                 job.own[index],
@@ -260,12 +273,16 @@ class Model:
             kept = zip(out, rows(reach, room), strict=True)
             return tuple(np.asarray(leaf)[: count - first, own] for leaf, own in kept)
 
-        with ThreadPoolExecutor(self.workers) as pool:
-            packs = list(pool.map(run, tasks))
+        packs = self.side_by_side(run, tasks)
         found: list[list[tuple[np.ndarray, ...]]] = [[] for _ in jobs]
         for (number, _), pack in zip(tasks, packs, strict=True):
             found[number].append(pack)
         return [[np.concatenate(parts) for parts in zip(*own, strict=True)] for own in found]
+
+
+def _room(lanes: Lanes) -> int:
+    """For how many samples the program of these lanes has room."""
+    return next(room for room in ROOMS if room >= lanes.displacement.shape[1])
 
 
 def _rig_unknowns(problem: Problem) -> list[Unknown]:

@@ -101,17 +101,18 @@ def closure(
         model, test, list(points.values()), [nothing] * len(points), iterations=SETTLED, wander=False
     )
     results = dict(zip(points, fitted, strict=True))
-    for name in ("nominal", "named"):
-        results[name] = released(model, test, results[name], wander=False)
+    compared = ("nominal", "named")
+    again = model.side_by_side(lambda name: released(model, test, results[name], wander=False), compared)
+    results.update(zip(compared, again, strict=True))
     dof = test.dof()
     gaps = {name: math.sqrt(misfit_of(result.cost, dof)) for name, result in results.items()}
-    repeated = floor_of(model, test, [results["nominal"], results["named"]])
+    repeated = floor_of(model, test, again)
     floor = min(math.sqrt(repeated), gaps["named"])
 
     def closed(name: str) -> float:
         return share_closed(gaps["nominal"], gaps[name], floor)
 
-    costs = {name: results[name].cost for name in ("nominal", "named")}
+    costs = {name: results[name].cost for name in compared}
     return Closure(
         before=gaps["nominal"],
         after=gaps["named"],

@@ -105,10 +105,12 @@ def second_look(
     coordinates = model.without(point.coordinates, [key])
     keys = model.together(tuple(stays)) if stays else ()
     bare = dataclasses.replace(at, point=dataclasses.replace(point, keys=keys, coordinates=coordinates))
-    return [
-        dataclasses.replace(e, refit=released(model, bench, e.refit)) if {*e.keys} & {*mates} else e
-        for e in contest(model, bench, bare, promises, OVERLOOKED, progress, FROM_NEARBY)
-    ]
+    tried = contest(model, bench, bare, promises, OVERLOOKED, progress, FROM_NEARBY)
+
+    def looked_after(e: Explanation) -> Explanation:
+        return dataclasses.replace(e, refit=released(model, bench, e.refit)) if {*e.keys} & {*mates} else e
+
+    return model.side_by_side(looked_after, tried)
 
 
 def freed(
@@ -132,10 +134,9 @@ def freed(
     ) -> list[Explanation]:
         found = sorted(found, key=worth)
         within = REACH * worth(found[0])
-        return [
-            dataclasses.replace(e, refit=again(e)) if place < leading and worth(e) < within else e
-            for place, e in enumerate(found)
-        ]
+        near = [e for e in found[:leading] if worth(e) < within]
+        better = model.side_by_side(lambda e: dataclasses.replace(e, refit=again(e)), near)
+        return [*better, *found[len(near) :]]
 
     found = sifted(explanations, typical, lambda e: released(model, bench, e.refit))
     leader = min(found, key=misfit).refit

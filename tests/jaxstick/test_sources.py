@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import importlib
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from jaxstick import sources
+from jaxstick.simulate import simulate
 
 
 @pytest.fixture
@@ -61,3 +63,14 @@ def test_what_is_not_imported_does_not_count(package):
 def test_modules_without_a_source_are_left_out():
     assert sources.digest(["builtins"]) == sources.digest([])
     assert sources.digest(["builtins", "json"]) != sources.digest([])
+
+
+def test_several_threads_may_ask_at_once():
+    """Python's own parser may not be asked so."""
+
+    def asked(_: int) -> str:
+        _forget()
+        return sources.digest([simulate.__module__])
+
+    with ThreadPoolExecutor(8) as pool:
+        assert len(set(pool.map(asked, range(48)))) == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import jax
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from jaxstick.parts.contact import LoadedContact
+from jaxstick.precision import float64
 from jaxstick.traced import Traced
 
 POINT = np.array([0.3, -1.2, 2.0])
@@ -51,6 +53,19 @@ def test_another_process_need_not_trace_again(folder):
     assert right(program) and right(program, 2 * POINT) and len(times) == 1
     assert len(kept(folder)) == 1
     assert right(Traced(second, {})) and not more
+
+
+def test_several_threads_share_one_program(folder):
+    function, times = counted()
+    program = Traced(function, {})
+
+    def used(share: int) -> bool:
+        with float64():
+            return right(program, share * POINT)
+
+    with ThreadPoolExecutor(4) as pool:
+        assert all(pool.map(used, range(1, 9)))
+    assert len(times) == 1 and len(kept(folder)) == 1
 
 
 def test_other_shapes_are_another_program(folder):
