@@ -51,7 +51,7 @@ def show_diagnosis(content: Mapping[str, Any], terminal: Terminal) -> None:
                 for name, entry in effect["parameters"].items()
             ],
         )
-    show_constants(content["constants"], terminal)
+    show_constants({**content["constants"], **content["others"]}, terminal)
     if content["notes"]:
         terminal.say("What weakens it", "bold")
         terminal.bullets(content["notes"])

@@ -20,7 +20,7 @@ from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter
 from fitting.diagnosis.ground import Ground, ground, resolved
 from fitting.diagnosis.judge import refuted
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
-from fitting.diagnosis.model import Model
+from fitting.diagnosis.model import RIG, RIG_TOLERANCE, Model
 from fitting.diagnosis.refit import Bench, Point, Refit, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.settings import DiagnosisSettings
@@ -97,11 +97,11 @@ def diagnose(
     where = localise(problem, model, base.bench, base.segments, before, seen_before, found)
     force = residual_force(problem, base.segments, seen_before)
     spread = deviations(model, base.bench, before)
-    constants_before = _constants(problem, model, before, *spread)
-    constants, effects, correction = constants_before, {}, None
+    constants_before, others_before = _constants(model, dataset, before, *spread)
+    constants, others, effects, correction = constants_before, others_before, {}, None
     if named is not None:
         spread = deviations(model, base.bench, after)
-        constants = _constants(problem, model, after, *spread)
+        constants, others = _constants(model, dataset, after, *spread)
         effects = _effects(model, after, named.keys, *spread)
         if chosen.words is None:
             correction = correction_of(model.at(after.point.coordinates, named.keys), dataset.rig)
@@ -122,6 +122,8 @@ def diagnose(
         effects=effects,
         constants=constants,
         constants_before=constants_before,
+        others=others,
+        others_before=others_before,
         traces=_traces(problem, base.segments, held, seen_before, seen_after),
         cards={key: model.shelf.effects[key].card for key in mentioned},
         next_experiment=advice(problem, model, found, bench),
@@ -193,27 +195,31 @@ def _finally(
 
 
 def _constants(
-    problem: Problem, model: Model, fit: Refit, spread: np.ndarray, quantile: float
-) -> tuple[Constant, ...]:
-    out = []
+    model: Model, dataset: DataSet, fit: Refit, spread: np.ndarray, quantile: float
+) -> tuple[tuple[Constant, ...], tuple[Constant, ...]]:
+    """The constants of friction, and the properties of the rig that were free within their tolerance."""
+    stated = {name: getattr(dataset.assumed, name) for name in CONSTANTS}
+    stated |= {f"{RIG}{name}": getattr(dataset.rig, name) for name in RIG_TOLERANCE}
+    found = []
     for index, deviation in zip(fit.free.tolist(), spread.tolist(), strict=True):
         name = model.names[index]
-        if name not in CONSTANTS:
+        if name not in stated:
             continue
         value, low, high = _bounds(model, fit, index, deviation, quantile)
-        out.append(
+        found.append(
             Constant(
                 name=name,
                 value=value,
                 low=low,
                 high=high,
                 unit=model.members[index].unit,
-                assumed=getattr(problem.dataset.assumed, name),
+                assumed=stated[name],
                 standard_error=None if low is None or high is None else (high - low) / (2 * quantile),
                 method="covariance",
             )
         )
-    return tuple(out)
+    friction = tuple(constant for constant in found if constant.name in CONSTANTS)
+    return friction, tuple(constant for constant in found if constant not in friction)
 
 
 def _effects(

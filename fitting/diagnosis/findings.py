@@ -167,7 +167,9 @@ class Diagnosis:
     missing, segments that were lost, limits of detection). `closed_alone`: the share of the reducible gap
     that a named effect closes without the other named ones, on what took no part; empty where nobody worked
     it out. `correction` is the model with the named effects, as fitted to everything there is; None where
-    nothing is named. `limits`: what these records could have shown of every effect of the shelf.
+    nothing is named. `limits`: what these records could have shown of every effect of the shelf. `others` and
+    `others_before` are what was free within its tolerance besides the constants (rig.mass and the like), with
+    and without the named effects.
     """
 
     verdict: Verdict
@@ -193,3 +195,5 @@ class Diagnosis:
     closed_alone: Shares = dataclasses.field(default_factory=dict)
     correction: Correction | None = None
     limits: tuple[Limit, ...] = ()
+    others: tuple[Constant, ...] = ()
+    others_before: tuple[Constant, ...] = ()

@@ -34,14 +34,15 @@ NEARLY_ALL, DOUBT = 0.9, 0.1
 """or at least these shares of what the rig has of the same kind: friction, by which sizes go, may be
 small."""
 SHAPE_FREEDOM = 1.5
+RIG = "rig."
 RIG_TOLERANCE = {
-    "mass": (0.01, 0.025),
-    "stiffness": (0.004, 0.01),
-    "drive_stiffness": (0.004, 0.01),
-    "damping": (0.2, 2.0),
+    "mass": ("kg", 0.01, 0.025),
+    "stiffness": ("N/m", 0.004, 0.01),
+    "drive_stiffness": ("N/m", 0.004, 0.01),
+    "damping": ("N s/m", 0.2, 2.0),
 }
-"""By what share a stated property of the rig may be off without that being called an effect: one standard
-deviation, and at most. Damping is hardly ever known well."""
+"""The unit of a stated property of the rig, and by what share it may be off without that being called an
+effect: one standard deviation, and at most. Damping is hardly ever known well."""
 CONTACT_FREEDOM = 0.5
 LEVEL_TOLERANCE = 0.15
 """By what share the friction of one run may differ from the others' (one standard deviation)."""
@@ -288,13 +289,13 @@ def _room(lanes: Lanes) -> int:
 def _rig_unknowns(problem: Problem) -> list[Unknown]:
     rig = problem.dataset.rig
     found = []
-    for name, (share, most) in RIG_TOLERANCE.items():
+    for name, (unit, share, most) in RIG_TOLERANCE.items():
         value = getattr(rig, name)
         if value > 0:
             found.append(
                 Unknown(
-                    f"rig.{name}",
-                    "",
+                    f"{RIG}{name}",
+                    unit,
                     value / (1 + most),
                     value * (1 + most),
                     "log",

@@ -12,10 +12,11 @@ from fitting.result import Constant
 
 
 def constants(subject: Subject) -> Section:
-    """A row for each constant: assumed, fitted without and with the named effects."""
+    """A row for each constant, and for what was free within its tolerance: assumed, fitted without and with
+    the named effects."""
     diagnosis = subject.diagnosis
-    after = {constant.name: constant for constant in diagnosis.constants}
-    before = {constant.name: constant for constant in diagnosis.constants_before}
+    after = {constant.name: constant for constant in (*diagnosis.constants, *diagnosis.others)}
+    before = {constant.name: constant for constant in (*diagnosis.constants_before, *diagnosis.others_before)}
     names = list(dict.fromkeys((*after, *before)))
     content = {
         "rows": [_row(name, before.get(name), after.get(name)) for name in names],

@@ -113,6 +113,8 @@ def fabricated(cycles: float = 5.0, rate: float = 500.0) -> tuple[Diagnosis, Dat
         closed_alone={},
         correction=Correction(RIG, TRUE, {TRUTH: {"dry": 0.1181, "viscous": 0.09}}),
         limits=_limits(),
+        others=_others(1.004),
+        others_before=_others(0.992),
     )
     return diagnosis, dataset
 
@@ -264,6 +266,17 @@ def _constants(values: AssumedConstants) -> tuple[Constant, ...]:
         low, high = (None, None) if error is None else (value - 1.96 * error, value + 1.96 * error)
         found.append(Constant(name, value, low, high, unit, getattr(ASSUMED, name), error, "curvature"))
     return tuple(found)
+
+
+def _others(share: float) -> tuple[Constant, ...]:
+    """A mass found to be this share of the stated one, and a damping that the records do not bound."""
+    mass, error = share * RIG.mass, 0.001 * RIG.mass
+    return (
+        Constant(
+            "rig.mass", mass, mass - 1.96 * error, mass + 1.96 * error, "kg", RIG.mass, error, "covariance"
+        ),
+        Constant("rig.damping", RIG.damping, None, None, "N s/m", RIG.damping, None, "covariance"),
+    )
 
 
 def silent(diagnosis: Diagnosis) -> Diagnosis:

@@ -83,6 +83,19 @@ def test_the_constants_are_right_with_the_effect_in(hardened):
             assert abs(constant.value - TRUTH[constant.name]) < 5 * constant.standard_error
 
 
+def test_the_rig_is_found_within_its_tolerance(hardened):
+    found = {constant.name: constant for constant in hardened.others}
+    units = {"mass": "kg", "stiffness": "N/m", "drive_stiffness": "N/m", "damping": "N s/m"}
+    assert set(found) == {f"rig.{name}" for name in units}
+    for name, unit in units.items():
+        constant = found[f"rig.{name}"]
+        assert constant.unit == unit and constant.assumed == getattr(RIG, name)
+    for constant in (found["rig.mass"], found["rig.stiffness"]):
+        assert constant.low is not None and constant.high is not None
+        assert constant.low < constant.assumed < constant.high
+        assert constant.high - constant.low < 0.04 * constant.assumed
+
+
 def test_the_gap_is_where_the_spring_is(hardened):
     where = hardened.where
     for name in ("channel", "phase", "direction", "run", "harmonic", "time", "side"):

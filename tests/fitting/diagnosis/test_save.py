@@ -104,6 +104,16 @@ def test_effects_and_constants(content, diagnosis):
     assert content["constants_before"]["B"]["value"] != content["constants"]["B"]["value"]
 
 
+def test_what_was_free_within_its_tolerance(content, dataset):
+    for group in ("others", "others_before"):
+        mass, damping = (content[group][name] for name in ("rig.mass", "rig.damping"))
+        assert mass["assumed"] == dataset.rig.mass and mass["unit"] == "kg"
+        assert mass["low"] < mass["value"] < mass["high"] and mass["identifiable"]
+        assert damping["low"] is None and not damping["identifiable"]
+    assert content["others"]["rig.mass"]["value"] > dataset.rig.mass
+    assert content["others_before"]["rig.mass"]["value"] < dataset.rig.mass
+
+
 def test_what_the_records_could_have_shown(content, diagnosis):
     found = content["detection_limits"]
     assert set(found) == set(catalogue())
