@@ -22,13 +22,17 @@ from jaxstick.parts.contact import AbstractContact
 from jaxstick.parts.gradual import ElastoPlasticContact, IwanContact, LuGreContact
 
 WORTH_TRYING = 0.85
-"""A contact is worth a survey if lanes cost less than this share of what they do under the paper's."""
+"""A contact is worth a survey if lanes cost less than this share of what they do under the paper's, or if it
+leaves less than this share of the excess over the floor: where friction scatters, the floor is most of what
+lanes cost."""
 PREFERRED = 0.6
 """It is taken if the survey then leaves less than this share of the excess over the floor that it leaves on
 the paper's,"""
 PREFERRED_WIDER = 0.85
 """or this one, if the paper's is a case of it."""
 STEPS = 8
+NOTABLE = 0.1
+"""An excess of no more than this share of the floor is none that a contact could be told by."""
 HOPEFUL = 2.0
 """Lost lanes are looked after under a contact unless lanes cost more than so many times what they do."""
 
@@ -80,13 +84,14 @@ def choose_contact(
     bench: Bench,
     lanes: np.ndarray,
     fits: Sequence[Refit],
+    floor: float,
     workers: int,
 ) -> Chosen:
     """The contact that the records may ask for, on a bench that has some `lanes` of the ground.
 
     Every contact is tried on each of the fits under the paper's: the nominal model's, and those of effects
-    that may act beside it. Of those on which lanes cost less than `WORTH_TRYING` the one on which they cost
-    least is chosen.
+    that may act beside it. Of those that are `WORTH_TRYING`, `floor` being the misfit that no model gets
+    below, the one on which lanes cost least is chosen.
     """
     parts = problem.hypothesis.nominal
     paper = refit(model, bench, [fit.point for fit in fits], [fit.free for fit in fits], iterations=STEPS)
@@ -100,19 +105,21 @@ def choose_contact(
         its = Model(other, workers)
         points = [carried(fit.point, model, its) for fit in paper]
         found = refit(its, bench, points, [_free(fit, model, its) for fit in paper], iterations=STEPS)
-        one, before = min(zip(found, paper, strict=True), key=lambda pair: _typical(pair[0]))
-        ratio = min(_ratio(fit, under) for fit, under in zip(found, paper, strict=True))
+        pairs = list(zip(found, paper, strict=True))
+        one, before = min(pairs, key=lambda pair: _typical(pair[0]))
         if _ratio(one, before) < HOPEFUL:
             one = released(its, bench, one)
-            ratio = min(ratio, _ratio(one, before))
+            pairs.append((one, before))
+        ratio = min(_ratio(*pair) for pair in pairs)
+        promising = min(ratio, *(_left(*pair, floor) for pair in pairs)) < WORTH_TRYING
         own = ground.point.own.copy()
         own[lanes] = one.point.own
         alone = its.without(one.point.coordinates, its.shelf.effects)
         widths = ground.point.widths
         point = dataclasses.replace(one.point, keys=(), coordinates=alone, own=own, widths=widths)
         moved = dataclasses.replace(ground, point=point)
-        worth = _typical(one) if ratio < WORTH_TRYING else math.inf
-        return worth, Chosen(other, its, moved, rival.words, ratio, rival.preferred)
+        cost = _typical(one) if promising else math.inf
+        return cost, Chosen(other, its, moved, rival.words, ratio, rival.preferred)
 
     rivals = gradual_contacts(float(np.asarray(parts.contact.k1)))
     least, best = min(model.side_by_side(tried, rivals), key=lambda pair: pair[0])
@@ -127,6 +134,12 @@ def _typical(fit: Refit) -> float:
 def _ratio(fit: Refit, paper: Refit) -> float:
     """The mean ratio of the lanes' costs."""
     return math.exp(_typical(fit) - _typical(paper))
+
+
+def _left(fit: Refit, paper: Refit, floor: float) -> float:
+    """The share of the excess over the floor that is left; 1 where there is hardly any."""
+    excess = paper.misfit - floor
+    return (fit.misfit - floor) / excess if excess > NOTABLE * floor else 1.0
 
 
 def carried(point: Point, model: Model, other: Model) -> Point:

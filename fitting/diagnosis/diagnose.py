@@ -146,7 +146,7 @@ def _on_another_contact(
     problem, model, base = paper.problem, paper.model, paper.ground
     beside = [] if seen.suffices else seen.found[:BESIDE]
     fits = [seen.nominal, *(explanation.refit for explanation in beside)]
-    other = choose_contact(problem, model, base, bench, held.fitted, fits, workers)
+    other = choose_contact(problem, model, base, bench, held.fitted, fits, seen.floor, workers)
     if other.words is None:
         return paper, seen
     again = survey(other.model, bench, part(other.ground.point, held.fitted), progress)

@@ -47,7 +47,7 @@ def looked_at(
         (key,) = (key for key, one in model.shelf.effects.items() if isinstance(effect, one))
         fits.append(with_effect(model, base, nominal, key))
     lanes = np.arange(len(base.bench.lanes))
-    chosen = choose_contact(problem, model, base, base.bench, lanes, fits, WORKERS)
+    chosen = choose_contact(problem, model, base, base.bench, lanes, fits, 1.0, WORKERS)
     return model, base, nominal, chosen
 
 
