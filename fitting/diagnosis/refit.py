@@ -22,6 +22,8 @@ STUCK = 1e7
 PATIENCE = 8.0
 LEAST_TURNS = 4
 GAUGE = 1e-4
+BROKEN = 1e30
+"""What a lane costs whose motion is no number, as with parameters that no rig has."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -124,17 +126,30 @@ def misfit_of(cost: np.ndarray, dof: np.ndarray) -> float:
     return Robust.around(cost, dof).total(cost) / float(dof.sum())
 
 
+def whole_cost(columns: Columns) -> np.ndarray:
+    """The cost of every lane with the prior of its start."""
+    return _finite(np.einsum("lr,lr->l", columns.residual, columns.residual))
+
+
 def data_cost(columns: Columns) -> np.ndarray:
     """The cost of every lane without the prior of its start."""
     squares = columns.residual**2
-    return squares[:, :-OWN].sum(1) + squares[:, START - OWN :].sum(1)
+    return _finite(squares[:, :-OWN].sum(1) + squares[:, START - OWN :].sum(1))
+
+
+def _finite(cost: np.ndarray) -> np.ndarray:
+    return np.where(np.isfinite(cost), cost, BROKEN)
 
 
 def normal(columns: Columns) -> tuple[np.ndarray, np.ndarray]:
-    """J'r and J'J of every lane, what it has of its own last."""
+    """J'r and J'J of every lane, what it has of its own last; no pull at all of a lane where they are no
+    numbers."""
     jacobian = columns.jacobian
     gradient = np.einsum("lrc,lr->lc", jacobian, columns.residual)
-    return gradient, jacobian.transpose(0, 2, 1) @ jacobian
+    curvature = jacobian.transpose(0, 2, 1) @ jacobian
+    broken = ~(np.isfinite(gradient).all(1) & np.isfinite(curvature).all((1, 2)))
+    gradient[broken], curvature[broken] = 0.0, np.eye(gradient.shape[1])
+    return gradient, curvature
 
 
 class Projection:
@@ -209,9 +224,9 @@ class _Search:
 
     def see(self, point: Point, columns: Columns, first: bool) -> None:
         """Takes the point if its cost is lower."""
-        cost = np.einsum("lr,lr->l", columns.residual, columns.residual)
+        cost = whole_cost(columns)
         loss = Robust.around(cost, self.dof) if first else self.loss
-        total = loss.total(np.where(np.isfinite(cost), cost, 1e30)) + self._prior(point).cost
+        total = loss.total(cost) + self._prior(point).cost
         if not first and not total < self.cost:
             self.damping *= 10
             self.over = self.damping > STUCK

@@ -9,7 +9,7 @@ import numpy as np
 
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import Bench, Point, Refit, job, normal, refit
+from fitting.diagnosis.refit import Bench, Point, Refit, job, normal, refit, whole_cost
 from fitting.diagnosis.wander import FAR_OFF, OWN, START
 
 SWEEPS = 4
@@ -153,5 +153,4 @@ def settled(
 def _own_terms(model: Model, bench: Bench, point: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     (columns,) = model.columns([job(bench, point)])
     gradient, curvature = normal(columns)
-    cost = np.einsum("lr,lr->l", columns.residual, columns.residual)
-    return gradient[:, COLUMNS:], curvature[:, COLUMNS:, COLUMNS:], np.where(np.isfinite(cost), cost, 1e30)
+    return gradient[:, COLUMNS:], curvature[:, COLUMNS:, COLUMNS:], whole_cost(columns)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Bench, Refit, refit
+from fitting.diagnosis.refit import BROKEN, Bench, Refit, refit
 from fitting.diagnosis.release import handed_on, released
 from fitting.diagnosis.wander import START
 from jaxstick.effects.displacement_gain import DisplacementGain
@@ -55,6 +55,20 @@ def spoilt(fitted: tuple[Model, Bench, Refit], lanes: slice) -> Refit:
     point = dataclasses.replace(fit.point, own=own)
     (found,) = refit(model, bench, [point], [fit.free], iterations=0, wander=False)
     return found
+
+
+def test_a_lane_that_is_no_number_spoils_no_other_and_is_freed(fitted):
+    model, bench, fit = fitted
+    own = fit.point.own.copy()
+    own[LOST.start, 0] = np.nan
+    point = dataclasses.replace(fit.point, own=own)
+    (found,) = refit(model, bench, [point], [fit.free], wander=False)
+    others = np.arange(len(own)) != LOST.start
+    assert found.cost[LOST.start] == BROKEN
+    assert found.cost[others] == pytest.approx(fit.cost[others], rel=0.01)
+    assert np.isfinite(found.misfit) and np.isfinite(found.point.coordinates).all()
+    again = released(model, bench, found, wander=False)
+    assert again.misfit == pytest.approx(fit.misfit, rel=1e-3)
 
 
 @pytest.mark.parametrize("records", ["fitted", "enlarged"])
