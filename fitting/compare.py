@@ -11,6 +11,7 @@ import numpy as np
 
 from fitting.against import against
 from fitting.saved import SavedFit, SavedRun
+from fitting.unknowns import RIG
 from jaxstick.cycle import Cycle, cycle_of, outcome_of
 from jaxstick.effect import AbstractEffect
 from jaxstick.hypothesis import Hypothesis, effects_as_stated, effects_at_null
@@ -32,8 +33,6 @@ LEAST_CYCLES, MOST_CYCLES = 6, 100
 RESOLUTION = 100.0
 SAMPLES_PER_CYCLE = (200, 3000)
 SAMPLES_PER_NATURAL_PERIOD = 40
-RIG = "rig."
-"""What the names of freed properties of the rig begin with."""
 
 
 @dataclasses.dataclass(frozen=True)

@@ -12,6 +12,7 @@ import tomlkit
 from fitting.against import stated
 from fitting.correction import RIG_NUMBERS, Correction, shifted
 from fitting.result import Constant
+from fitting.unknowns import RIG
 from jaxstick.cycle import cycle_of
 from jaxstick.nominal import effects_of
 from jaxstick.output import OutputFolder
@@ -106,7 +107,7 @@ def _rounded(value: float) -> float:
 def _remark_on_rig(table: Any, rig: KnownRig, known: KnownRig, found: Mapping[str, Entry]) -> None:
     for (name, before), key in zip(dataclasses.asdict(known).items(), list(table), strict=True):
         if name in RIG_NUMBERS and getattr(rig, name) != before:
-            _remark(table[key], _interval(found.get(f"rig.{name}")), f"stated: {stated(before)}")
+            _remark(table[key], _interval(found.get(f"{RIG}{name}")), f"stated: {stated(before)}")
 
 
 def _remark_on_constants(table: Any, dataset: DataSet, found: Mapping[str, Entry]) -> None:

@@ -11,7 +11,7 @@ from fitting.opening import Scales, opening, scales
 from fitting.segments import LEAST_SAMPLES
 from fitting.settings import Settings
 from fitting.signals import Signals, natural_period, read_signals
-from fitting.unknowns import Unknown, Unknowns
+from fitting.unknowns import RIG, Unknown, Unknowns
 from jaxstick.effect import AbstractEffect
 from jaxstick.errors import UserError
 from jaxstick.hypothesis import Hypothesis, effects_at_null
@@ -196,4 +196,4 @@ def _freed(hypothesis: Hypothesis, rig: KnownRig, name: str) -> Unknown:
             f"{name!r} is stated as {value:g}; only a parameter with a stated value can be freed."
         )
     deviation = PRIOR_SHARE.get(name, PRIOR_SHARE_ELSE) * value
-    return Unknown(f"rig.{name}", known[name].unit, value / 3, value * 3, "log", 1.0, value, deviation)
+    return Unknown(f"{RIG}{name}", known[name].unit, value / 3, value * 3, "log", 1.0, value, deviation)

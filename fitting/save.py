@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -42,8 +43,8 @@ def fit_content(fit: Fit, dataset: DataSet) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "outcome": fit.outcome,
-        "constants": {constant.name: constant_entry(constant) for constant in fit.constants},
-        "others": {constant.name: constant_entry(constant) for constant in fit.others},
+        "constants": constant_entries(fit.constants),
+        "others": constant_entries(fit.others),
         "gap": {"runs": [_gap(gap) for gap in fit.gaps], "chi2_per_sample": fit.chi2_per_sample},
         "free_run": [
             {
@@ -77,6 +78,11 @@ def fit_content(fit: Fit, dataset: DataSet) -> dict[str, Any]:
         "data": {"sha256": fit.sha256, "name": dataset.name},
         "version": version(),
     }
+
+
+def constant_entries(constants: Iterable[Constant]) -> dict[str, dict[str, Any]]:
+    """Constants as they stand in fit.json and diagnosis.json, by name."""
+    return {constant.name: constant_entry(constant) for constant in constants}
 
 
 def constant_entry(constant: Constant) -> dict[str, Any]:

@@ -13,6 +13,9 @@ from scipy.special import expit, logit
 
 from jaxstick.parameter import replace
 
+RIG = "rig."
+"""What the names of freed properties of the rig begin with."""
+
 
 @dataclasses.dataclass(frozen=True)
 class Unknown:

@@ -109,32 +109,25 @@ def march(oscillator: Oscillator, start: Start, grid: Grid | OpenGrid, unroll: i
     acceleration = oscillator.acceleration(origin, state)
     excitation = oscillator.drive.at(origin)
 
+    def time(count: Array) -> Array:
+        return origin + h * count.astype(h.dtype)
+
     def substep(carry: Any, count: Array) -> Any:
         staggered, before, _ = carry
-        t = origin + h * count.astype(h.dtype)
+        t = time(count)
         after = oscillator.drive.at(t)
         staggered, acceleration = leap(oscillator, t, h, before, after, staggered)
         return staggered, after, acceleration
 
     def see(carry: Any, count: Array) -> Any:
         staggered, excitation, acceleration = carry
-        t = origin + h * count.astype(h.dtype)
-        return _see(oscillator, t, staggered.state, acceleration, excitation)
+        return _see(oscillator, time(count), staggered.state, acceleration, excitation)
 
     first = jax.tree.map(jnp.asarray, _see(oscillator, origin, state, acceleration, excitation))
-    begin = (_spread(Staggered.of(state, acceleration, h), state.x), excitation, acceleration)
+    begin = Staggered.of(state, acceleration, h), excitation, acceleration
     seen = grid.walk(substep, see, begin, first, unroll)
     times = origin + h * grid.substeps * jnp.arange(grid.samples, dtype=h.dtype)
     return Trajectory(times, *seen)
-
-
-def _spread(tree: Any, like: Array) -> Any:
-    """The tree, its real numbers as batched and as differentiated as one number is: a loop over what later
-    depends on that number anyway is then traced at once, and not anew for all that a turn batches."""
-    nothing = 0.0 * like
-    return jax.tree.map(
-        lambda leaf: leaf + nothing if jnp.issubdtype(jnp.result_type(leaf), jnp.floating) else leaf, tree
-    )
 
 
 def _see(

@@ -11,7 +11,7 @@ import functools
 import hashlib
 import os
 import threading
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -60,18 +60,16 @@ class Traced:
 
         shaped = [jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for leaf in leaves]
         folder = jax.config.jax_compilation_cache_dir  # pyright: ignore[reportAttributeAccessIssue]
-        if folder is None:
-            with _TRACING:
-                lowered = jax.jit(flat).lower(*shaped)
-            return lowered.compile(self._options)
-        written = f"{jax.__version__} {jax.default_backend()} {self._code(structure)} {structure} {shapes}"
-        file = Path(folder) / NAME.format(hashlib.sha256(written.encode()).hexdigest())
-        exported = _read(file)
         with _TRACING:
-            if exported is None:
-                exported = jax.export.export(jax.jit(flat))(*shaped)
-                _write(file, bytes(exported.serialize()))
-            lowered = jax.jit(exported.call).lower(*shaped)
+            if folder is None:
+                program = flat
+            else:
+                written = (
+                    f"{jax.__version__} {jax.default_backend()} {self._code(structure)} {structure} {shapes}"
+                )
+                file = Path(folder) / NAME.format(hashlib.sha256(written.encode()).hexdigest())
+                program = _kept(file, flat, shaped).call
+            lowered = jax.jit(program).lower(*shaped)
         return lowered.compile(self._options)
 
     def _code(self, structure: Any) -> str:
@@ -91,6 +89,17 @@ def _modules(structure: Any) -> set[str]:
     node = structure.node_data()
     here = set() if node is None else {node[0].__module__}
     return here.union(*(_modules(child) for child in structure.children()))
+
+
+def _kept(
+    file: Path, function: Callable[..., Any], shaped: Sequence[jax.ShapeDtypeStruct]
+) -> jax.export.Exported:
+    """The function traced, read from the file, or else written there."""
+    exported = _read(file)
+    if exported is None:
+        exported = jax.export.export(jax.jit(function))(*shaped)
+        _write(file, bytes(exported.serialize()))
+    return exported
 
 
 def _read(file: Path) -> jax.export.Exported | None:

@@ -96,8 +96,8 @@ def choose_contact(
     parts = problem.hypothesis.nominal
     paper = refit(model, bench, [fit.point for fit in fits], [fit.free for fit in fits], iterations=STEPS)
 
-    def tried(rival: Rival) -> tuple[float, Chosen]:
-        """What lanes cost under a rival, infinite where that is not worth a survey, and the choice of it."""
+    def tried(rival: Rival) -> tuple[float, Chosen] | None:
+        """What lanes cost under a rival, and the choice of it; None where it is not worth a survey."""
         hypothesis = dataclasses.replace(
             problem.hypothesis, nominal=dataclasses.replace(parts, contact=rival.contact)
         )
@@ -111,19 +111,19 @@ def choose_contact(
             one = released(its, bench, one)
             pairs.append((one, before))
         ratio = min(_ratio(*pair) for pair in pairs)
-        promising = min(ratio, *(_left(*pair, floor) for pair in pairs)) < WORTH_TRYING
+        if not min(ratio, *(_left(*pair, floor) for pair in pairs)) < WORTH_TRYING:
+            return None
         own = ground.point.own.copy()
         own[lanes] = one.point.own
         alone = its.without(one.point.coordinates, its.shelf.effects)
         widths = ground.point.widths
         point = dataclasses.replace(one.point, keys=(), coordinates=alone, own=own, widths=widths)
         moved = dataclasses.replace(ground, point=point)
-        cost = _typical(one) if promising else math.inf
-        return cost, Chosen(other, its, moved, rival.words, ratio, rival.preferred)
+        return _typical(one), Chosen(other, its, moved, rival.words, ratio, rival.preferred)
 
     rivals = gradual_contacts(float(np.asarray(parts.contact.k1)))
-    least, best = min(model.side_by_side(tried, rivals), key=lambda pair: pair[0])
-    return best if math.isfinite(least) else Chosen(problem, model, ground)
+    worthy = [each for each in model.side_by_side(tried, rivals) if each is not None]
+    return min(worthy, key=lambda each: each[0])[1] if worthy else Chosen(problem, model, ground)
 
 
 def _typical(fit: Refit) -> float:

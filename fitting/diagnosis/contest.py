@@ -11,7 +11,7 @@ import numpy as np
 
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import ITERATIONS, Bench, Point, Refit, refit, within_columns
-from fitting.diagnosis.release import settled
+from fitting.diagnosis.release import all_settled, settled
 from fitting.diagnosis.screen import Promise
 from fitting.diagnosis.wander import LEAST
 from fitting.progress import Progress
@@ -77,8 +77,7 @@ def contest(
             frees.append(free)
             owners.append(promise)
     if approach.settle:
-        starts = model.side_by_side(lambda point: settled(model, heat, point)[0], points)
-        points = [dataclasses.replace(point, own=own) for point, own in zip(points, starts, strict=True)]
+        points = all_settled(model, heat, points)
     common = model.free_effects(base.free)
     progress.stage("pairs refitted" if common else "effects refitted", HEAT + ITERATIONS)
     tried = refit(

@@ -20,7 +20,7 @@ from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter
 from fitting.diagnosis.ground import Ground, ground, resolved
 from fitting.diagnosis.judge import refuted
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
-from fitting.diagnosis.model import RIG, RIG_TOLERANCE, Model
+from fitting.diagnosis.model import RIG_TOLERANCE, Model
 from fitting.diagnosis.refit import Bench, Point, Refit, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.settings import DiagnosisSettings
@@ -41,6 +41,7 @@ from fitting.progress import Progress, Silent
 from fitting.result import Constant
 from fitting.segments import Segment
 from fitting.settings import Settings
+from fitting.unknowns import RIG
 from jaxstick.record import CONSTANTS, DataSet
 
 BESIDE = 2
@@ -219,7 +220,7 @@ def _constants(
             )
         )
     friction = tuple(constant for constant in found if constant.name in CONSTANTS)
-    return friction, tuple(constant for constant in found if constant not in friction)
+    return friction, tuple(constant for constant in found if constant.name not in CONSTANTS)
 
 
 def _effects(

@@ -11,7 +11,7 @@ import numpy as np
 from fitting.diagnosis.laying import cut_in_step, divided, lay, length
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import ITERATIONS, Bench, Point, Refit, job, misfit_of, refit
-from fitting.diagnosis.release import settled
+from fitting.diagnosis.release import all_settled, settled
 from fitting.diagnosis.wander import LEAST, OWN, START
 from fitting.problem import Problem, beginnings
 from fitting.progress import Progress, Silent
@@ -155,11 +155,9 @@ def _fitted(
         coordinates = model.origin({})
         coordinates[constants] = values
         own, widths = np.asarray(bench.lanes.start), np.full(OWN - START, LEAST)
-        point = Point((), coordinates, np.zeros(bench.runs), own, widths)
-        points.append(point)
+        points.append(Point((), coordinates, np.zeros(bench.runs), own, widths))
     if settle:
-        starts = model.side_by_side(lambda point: settled(model, bench, point)[0], points)
-        points = [dataclasses.replace(point, own=own) for point, own in zip(points, starts, strict=True)]
+        points = all_settled(model, bench, points)
     return refit(
         model,
         bench,

@@ -17,11 +17,11 @@ from fitting.diagnosis.programs import COLUMNS, Pack, columns, prediction
 from fitting.diagnosis.wander import OWN
 from fitting.lanes import Lanes, Pace
 from fitting.problem import Problem, natural_size
-from fitting.unknowns import Chart, Unknown
+from fitting.unknowns import RIG, Chart, Unknown
 from jaxstick.catalogue import catalogue
 from jaxstick.effect import AbstractEffect
 from jaxstick.hypothesis import Hypothesis, effects_at_null
-from jaxstick.parameter import Place, parameters
+from jaxstick.parameter import Place, find, parameters
 
 GROUP = 8
 """So many effects at most share a program: the more, the fewer programs, and the longer each takes to run."""
@@ -34,15 +34,14 @@ NEARLY_ALL, DOUBT = 0.9, 0.1
 """or at least these shares of what the rig has of the same kind: friction, by which sizes go, may be
 small."""
 SHAPE_FREEDOM = 1.5
-RIG = "rig."
 RIG_TOLERANCE = {
-    "mass": ("kg", 0.01, 0.025),
-    "stiffness": ("N/m", 0.004, 0.01),
-    "drive_stiffness": ("N/m", 0.004, 0.01),
-    "damping": ("N s/m", 0.2, 2.0),
+    "mass": (0.01, 0.025),
+    "stiffness": (0.004, 0.01),
+    "drive_stiffness": (0.004, 0.01),
+    "damping": (0.2, 2.0),
 }
-"""The unit of a stated property of the rig, and by what share it may be off without that being called an
-effect: one standard deviation, and at most. Damping is hardly ever known well."""
+"""By what share a stated property of the rig may be off without that being called an effect: one standard
+deviation, and at most. Damping is hardly ever known well."""
 CONTACT_FREEDOM = 0.5
 LEVEL_TOLERANCE = 0.15
 """By what share the friction of one run may differ from the others' (one standard deviation)."""
@@ -248,15 +247,11 @@ class Model:
         tasks = [(n, first) for n, job in enumerate(jobs) for first in range(0, len(job.lanes), PACK)]
         tasks.sort(key=lambda task: task[1])
         attached = {job.keys: self._attached(job.keys) for job in jobs}
-        rooms = [_room(job.lanes) for job in jobs]
-        lanes = [
-            dataclasses.replace(job.lanes.filled(room), substeps=1)
-            for job, room in zip(jobs, rooms, strict=True)
-        ]
+        lanes = [_with_room(job.lanes) for job in jobs]
 
         def run(task: tuple[int, int]) -> tuple[np.ndarray, ...]:
             number, first = task
-            job, room = jobs[number], rooms[number]
+            job, room = jobs[number], lanes[number].displacement.shape[1]
             hypothesis, chart, own = attached[job.keys]
             place = np.full(len(self.members) + 2, -1)
             place[own] = np.arange(len(own))
@@ -281,21 +276,22 @@ class Model:
         return [[np.concatenate(parts) for parts in zip(*own, strict=True)] for own in found]
 
 
-def _room(lanes: Lanes) -> int:
-    """For how many samples the program of these lanes has room."""
-    return next(room for room in ROOMS if room >= lanes.displacement.shape[1])
+def _with_room(lanes: Lanes) -> Lanes:
+    """The lanes as the program for lanes of their length takes them."""
+    room = next(room for room in ROOMS if room >= lanes.displacement.shape[1])
+    return dataclasses.replace(lanes.filled(room), substeps=1)
 
 
 def _rig_unknowns(problem: Problem) -> list[Unknown]:
     rig = problem.dataset.rig
     found = []
-    for name, (unit, share, most) in RIG_TOLERANCE.items():
+    for name, (share, most) in RIG_TOLERANCE.items():
         value = getattr(rig, name)
         if value > 0:
             found.append(
                 Unknown(
                     f"{RIG}{name}",
-                    unit,
+                    find(problem.hypothesis.nominal, f"{RIG}{name}").parameter.unit,
                     value / (1 + most),
                     value * (1 + most),
                     "log",

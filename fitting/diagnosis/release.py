@@ -4,6 +4,7 @@ passes by, or from many starts."""
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -148,6 +149,15 @@ def settled(
         cost = np.where(better, found[2], cost)
         damping = np.clip(np.where(better, 0.1 * damping, 8 * damping), 1e-9, 1e9)
     return own, cost
+
+
+def all_settled(model: Model, bench: Bench, points: Sequence[Point]) -> list[Point]:
+    """The points, each with what is best for every lane by itself."""
+
+    def one(point: Point) -> Point:
+        return dataclasses.replace(point, own=settled(model, bench, point)[0])
+
+    return model.side_by_side(one, points)
 
 
 def _own_terms(model: Model, bench: Bench, point: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

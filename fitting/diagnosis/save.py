@@ -7,8 +7,7 @@ from typing import Any
 
 from fitting.corrected_rig import Entry, entries, save_corrected
 from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Limit, Parameter, Shares, Where
-from fitting.result import Constant
-from fitting.save import constant_entry
+from fitting.save import constant_entries
 from jaxstick.output import OutputFolder
 from jaxstick.record import DataSet
 from jaxstick.version import version
@@ -88,10 +87,10 @@ def diagnosis_content(diagnosis: Diagnosis, dataset: DataSet) -> dict[str, Any]:
             key: {"parameters": _parameters(parameters), "closed": closed_by(diagnosis, key)}
             for key, parameters in diagnosis.effects.items()
         },
-        "constants": _constants(diagnosis.constants),
-        "constants_before": _constants(diagnosis.constants_before),
-        "others": _constants(diagnosis.others),
-        "others_before": _constants(diagnosis.others_before),
+        "constants": constant_entries(diagnosis.constants),
+        "constants_before": constant_entries(diagnosis.constants_before),
+        "others": constant_entries(diagnosis.others),
+        "others_before": constant_entries(diagnosis.others_before),
         "next_experiment": diagnosis.next_experiment,
         "candidates": [_candidate(candidate) for candidate in diagnosis.candidates],
         "likeness": [_likeness(pair) for pair in diagnosis.likeness],
@@ -131,10 +130,6 @@ def _where(where: Where) -> dict[str, Any]:
 def _shares(shares: Shares, names: Iterable[str]) -> dict[str, float]:
     """The shares by name, 0 where a name has none."""
     return {**dict.fromkeys(names, 0.0), **shares}
-
-
-def _constants(constants: Iterable[Constant]) -> dict[str, dict[str, Any]]:
-    return {constant.name: constant_entry(constant) for constant in constants}
 
 
 def _parameters(parameters: Iterable[Parameter]) -> dict[str, dict[str, Any]]:

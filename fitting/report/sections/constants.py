@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from fitting.against import stated
-from fitting.diagnosis.save import constant_entry
 from fitting.report.section import Number, Section, Subject
 from fitting.report.words import NOTHING, estimate, interval
 from fitting.result import Constant
+from fitting.save import constant_entry
 
 
 def constants(subject: Subject) -> Section:
