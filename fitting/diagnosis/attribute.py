@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -58,7 +59,8 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
     around = screen(model, bench, leader.refit, own_group=alone, shapes=[] if alone else first.shapes)
     promising = any(promise.standing > PROMISING for promise in around.promises)
     if not alone and (promising or not suffices(*left)):
-        found += _pairs(model, bench, found, around, first.shapes, progress)
+        pairs = _pairs(model, bench, found, around, first.shapes, progress)
+        found = best_of([*found, *pairs, *_each_alone(model, bench, found, pairs, first)])
     found.sort(key=lambda explanation: explanation.refit.misfit)
     floor = min(floor, floor_of(model, bench, [found[0].refit]))
     accounts = [
@@ -103,6 +105,32 @@ def _pairs(
         for other in second_look(model, bench, pairs, key, INSTEAD, shapes, progress)
     ]
     return freed(model, bench, best_of([*pairs, *others]), LEADERS)
+
+
+def _each_alone(
+    model: Model, bench: Bench, found: Sequence[Explanation], pairs: Sequence[Explanation], seen: Screen
+) -> list[Explanation]:
+    """The effects of the best pairs, each by itself from where it stands beside the other, if the pair leaves
+    far less than the effect was found to leave alone: whatever came second may only have helped over a hill
+    between the nominal model and what one effect explains."""
+    alone = {e.keys[0]: e.refit.misfit for e in found if len(e.keys) == 1}
+    promises = {promise.key: promise for promise in seen.promises}
+    beside = {key: pair for pair in reversed(pairs[:LEADERS]) for key in pair.keys}
+    dof = float(bench.dof().sum())
+
+    def by_itself(key: str) -> Explanation:
+        fit, others = beside[key].refit, [other for other in beside[key].keys if other != key]
+        coordinates = model.without(fit.point.coordinates, others)
+        point = dataclasses.replace(fit.point, keys=model.together((key,)), coordinates=coordinates)
+        free = fit.free[~np.isin(fit.free, np.concatenate([model.of(other) for other in others]))]
+        reached = alone.get(key, math.inf) * dof
+        (again,) = refit(model, bench, [point], [free], hopeless=1.0, reached=reached)
+        return Explanation((key,), promises[key], again)
+
+    hidden = [key for key in beside if beside[key].refit.misfit < STRONG * alone.get(key, math.inf)]
+    tried = model.side_by_side(by_itself, hidden)
+    better = [e for e in tried if e.refit.misfit < alone.get(e.keys[0], math.inf)]
+    return freed(model, bench, better) if better else []
 
 
 def _with_still_friction(

@@ -25,6 +25,8 @@ from jaxstick.parts.contact import (
 from jaxstick.parts.motion import Scalar
 
 ELEMENTS = 4
+ROUNDING = 1e-9
+"""By what share a deflection may fall short of the limit that it was cut to."""
 
 
 class BristleState(NamedTuple):
@@ -108,30 +110,39 @@ class IwanContact(AbstractContact):
     )
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Scalar]:
-        limits = self._limits(traction.limit(approach.rate, sense_of(-approach.force)))
+        sense = sense_of(-approach.force)
+        limits = self._limits(traction.limit(approach.rate, sense))
         wanted = jnp.clip(-approach.force / self.k1, -jnp.mean(limits), jnp.mean(limits))
         reach = wanted
         for _ in range(ELEMENTS):
             held = jnp.maximum(jnp.mean((jnp.abs(reach) < limits).astype(float)), 1 / ELEMENTS)
             reach = reach + (wanted - jnp.mean(jnp.clip(reach, -limits, limits))) / held
         deflections = jnp.clip(reach, -limits, limits)
-        return -self.k1 * jnp.mean(deflections), deflections
+        slips = (sense * reach > limits * (1 - ROUNDING)) & (sense * approach.rate > 0)
+        drag = traction.viscous(approach.rate, sense) * approach.rate * _share(slips, limits)
+        return -self.k1 * jnp.mean(deflections) - drag, deflections
 
     def grip(self, state: Scalar, passage: Passage, traction: Traction) -> Grip:
         trial = state + passage.slide
         sense = sense_of(passage.slide)
         limits = self._limits(traction.limit(passage.rate, sense))
-        slips = (sense * trial > limits).astype(float)
-        deflections = jnp.where(slips > 0, sense * limits, trial)
-        slip = jnp.sum(slips * limits) / jnp.sum(limits)
+        slips = sense * trial > limits
+        deflections = jnp.where(slips, sense * limits, trial)
+        slip = _share(slips, limits)
         drag = traction.viscous(passage.rate, sense) * passage.rate * slip
         friction = -self.k1 * jnp.mean(deflections) - drag
-        factor = 1 + fitted_inertia(self.k1 * (1 - jnp.mean(slips)), passage)
+        factor = 1 + fitted_inertia(self.k1 * (1 - jnp.mean(slips.astype(float))), passage)
         return Grip(friction, friction, factor, slip, deflections)
 
     def _limits(self, limit: Scalar) -> Array:
         """The deflections at which the elements yield [m]."""
         return limit / self.k1 * (1 + self.spread * jnp.linspace(-1.0, 1.0, ELEMENTS))
+
+
+def _share(slips: Array, limits: Array) -> Scalar:
+    """The share of the whole's limit that is that of elements which slip; of the viscous force they have as
+    much."""
+    return jnp.sum(jnp.where(slips, limits, 0.0)) / jnp.sum(limits)
 
 
 def _followed(start: Scalar, slide: Scalar, full: Scalar, plasticity: Scalar) -> Scalar:

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parameter import replace as with_values
-from jaxstick.parts.contact import AbstractContact, Approach, Passage, Traction
+from jaxstick.parts.contact import AbstractContact, Approach, LoadedContact, Passage, Traction
 from jaxstick.parts.drive import SineDrive
 from jaxstick.parts.friction import ExponentialFriction
 from jaxstick.parts.gradual import ElastoPlasticContact, IwanContact, LuGreContact
@@ -70,6 +70,20 @@ def test_the_first_force_is_the_one_that_is_given(contact):
         assert float(force) == pytest.approx(wanted, abs=1e-3 * LIMIT)
     force, _ = contact.initial(Approach(3 * LIMIT, 0.0, 0.0), DRY)
     assert float(force) == pytest.approx(LIMIT, rel=1e-6)
+
+
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+@pytest.mark.parametrize("contact", [*CONTACTS, LoadedContact(K1)], ids=[*NAMES, "loaded"])
+def test_a_record_that_begins_in_slip_begins_with_the_force_of_slip(contact, way):
+    """Limit and viscous force, as at every later node: each element that slips has its part of the latter."""
+    rate, viscous = 0.3 * way, 2.0
+    wet = DRY._replace(viscous=lambda rate, sense: jnp.asarray(viscous))
+    whole = -way * LIMIT - viscous * rate
+    for given in (whole, 1.2 * whole):
+        force, state = contact.initial(Approach(given, jnp.asarray(rate), 0.0), wet)
+        assert float(force) == pytest.approx(whole, rel=1e-6)
+        passage = Passage(1e-3, jnp.asarray(1e-3 * rate), jnp.asarray(rate), 0.0, 2.0)
+        assert float(contact.grip(state, passage, wet).friction) == pytest.approx(whole, rel=1e-3)
 
 
 def oscillator(contact: AbstractContact) -> Oscillator:
