@@ -8,11 +8,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fitting.diagnosis.contacts import NOTABLE, carried, free_under
 from fitting.diagnosis.contest import Explanation, best_of, contest
 from fitting.diagnosis.judge import Account, Judgement, judge, leaves_nothing, suffices
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Refit, refit
-from fitting.diagnosis.release import borrowed
+from fitting.diagnosis.release import borrowed, released
 from fitting.diagnosis.repeatability import floor_of, wanders
 from fitting.diagnosis.screen import Screen, Shapes, screen
 from fitting.diagnosis.survey import FINALISTS, STRONG, Survey, aliases, freed, second_look
@@ -26,6 +27,8 @@ PROMISING = 20.0
 """Where one effect suffices, a second is sought only if its score is so many times what scores vary by."""
 INSTEAD = 3
 """So many effects are tried in the place of each of the two of the best pair."""
+CARRIED = 8
+"""So many explanations are fitted once more under a contact that the best of them asks for."""
 RIVAL = 2.0
 """Pairs are sought with the best effect, and with the second best where it leaves less than so many times as
 much."""
@@ -44,6 +47,15 @@ class Attribution:
     inflation: float
     floor: float
 
+    @property
+    def asks_for_a_contact(self) -> bool:
+        """Whether two effects explain far more than one, beside which contacts have been tried, and still
+        leave notably more than what no model gets below."""
+        best, *others = self.explanations
+        left = best.refit.misfit - self.floor
+        alone = min((e.refit.misfit - self.floor for e in others if len(e.keys) == 1), default=math.inf)
+        return len(best.keys) > 1 and NOTABLE * self.floor < left < STRONG * alone
+
 
 def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> Attribution:
     """Looks for pairs where no single effect suffices, and weighs all explanations."""
@@ -60,8 +72,61 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
     promising = any(promise.standing > PROMISING for promise in around.promises)
     if not alone and (promising or not suffices(*left)):
         pairs = _pairs(model, bench, found, around, first.shapes, progress)
-        found = best_of([*found, *pairs, *_each_alone(model, bench, found, pairs, first)])
-    found.sort(key=lambda explanation: explanation.refit.misfit)
+        found = best_of([*found, *pairs, *each_alone(model, bench, found, pairs, first)])
+    return _weighed(model, bench, nominal, found, first, around.inflation, floor)
+
+
+def on_another_contact(model: Model, bench: Bench, found: Attribution, other: Model) -> Attribution:
+    """The best explanations and the nominal model fitted once more under another contact, weighed there."""
+
+    def again(fit: Refit) -> Refit:
+        point = carried(fit.point, model, other)
+        (moved,) = refit(other, bench, [point], [free_under(fit, model, other)])
+        return released(other, bench, moved)
+
+    best = found.explanations[:CARRIED]
+    nominal, *fits = other.side_by_side(again, [found.nominal, *(e.refit for e in best)])
+    explanations = [dataclasses.replace(e, refit=fit) for e, fit in zip(best, fits, strict=True)]
+    floor = min(found.floor, floor_of(other, bench, [nominal]))
+    return _weighed(other, bench, nominal, explanations, found.screen, found.inflation, floor)
+
+
+def each_alone(
+    model: Model, bench: Bench, found: Sequence[Explanation], pairs: Sequence[Explanation], seen: Screen
+) -> list[Explanation]:
+    """The effects of the best pairs, each by itself from where it stands beside the other, if the pair leaves
+    far less than the effect was found to leave alone: whatever came second may only have helped over a hill
+    between the nominal model and what one effect explains."""
+    alone = {e.keys[0]: e.refit.misfit for e in found if len(e.keys) == 1}
+    promises = {promise.key: promise for promise in seen.promises}
+    beside = {key: pair for pair in reversed(pairs[:LEADERS]) for key in pair.keys}
+    dof = float(bench.dof().sum())
+
+    def by_itself(key: str) -> Explanation:
+        fit, others = beside[key].refit, [other for other in beside[key].keys if other != key]
+        coordinates = model.without(fit.point.coordinates, others)
+        point = dataclasses.replace(fit.point, keys=model.together((key,)), coordinates=coordinates)
+        free = fit.free[~np.isin(fit.free, np.concatenate([model.of(other) for other in others]))]
+        reached = alone.get(key, math.inf) * dof
+        (again,) = refit(model, bench, [point], [free], hopeless=1.0, reached=reached)
+        return Explanation((key,), promises[key], again)
+
+    hidden = [key for key in beside if beside[key].refit.misfit < STRONG * alone.get(key, math.inf)]
+    tried = model.side_by_side(by_itself, hidden)
+    better = [e for e in tried if e.refit.misfit < alone.get(e.keys[0], math.inf)]
+    return freed(model, bench, better) if better else []
+
+
+def _weighed(
+    model: Model,
+    bench: Bench,
+    nominal: Refit,
+    found: Sequence[Explanation],
+    first: Screen,
+    inflation: float,
+    floor: float,
+) -> Attribution:
+    found = sorted(found, key=lambda explanation: explanation.refit.misfit)
     floor = min(floor, floor_of(model, bench, [found[0].refit]))
     accounts = [
         Account(e.keys, e.refit.misfit / floor, sum(len(model.shelf.names(key)) for key in e.keys))
@@ -71,11 +136,11 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
         nominal.misfit / floor,
         accounts,
         float(bench.dof().sum()),
-        around.inflation,
+        inflation,
         list(model.shelf.effects),
         aliases(model, first),
     )
-    return Attribution(nominal, tuple(found), first, judgement, around.inflation, floor)
+    return Attribution(nominal, tuple(found), first, judgement, inflation, floor)
 
 
 def _pairs(
@@ -105,32 +170,6 @@ def _pairs(
         for other in second_look(model, bench, pairs, key, INSTEAD, shapes, progress)
     ]
     return freed(model, bench, best_of([*pairs, *others]), LEADERS)
-
-
-def _each_alone(
-    model: Model, bench: Bench, found: Sequence[Explanation], pairs: Sequence[Explanation], seen: Screen
-) -> list[Explanation]:
-    """The effects of the best pairs, each by itself from where it stands beside the other, if the pair leaves
-    far less than the effect was found to leave alone: whatever came second may only have helped over a hill
-    between the nominal model and what one effect explains."""
-    alone = {e.keys[0]: e.refit.misfit for e in found if len(e.keys) == 1}
-    promises = {promise.key: promise for promise in seen.promises}
-    beside = {key: pair for pair in reversed(pairs[:LEADERS]) for key in pair.keys}
-    dof = float(bench.dof().sum())
-
-    def by_itself(key: str) -> Explanation:
-        fit, others = beside[key].refit, [other for other in beside[key].keys if other != key]
-        coordinates = model.without(fit.point.coordinates, others)
-        point = dataclasses.replace(fit.point, keys=model.together((key,)), coordinates=coordinates)
-        free = fit.free[~np.isin(fit.free, np.concatenate([model.of(other) for other in others]))]
-        reached = alone.get(key, math.inf) * dof
-        (again,) = refit(model, bench, [point], [free], hopeless=1.0, reached=reached)
-        return Explanation((key,), promises[key], again)
-
-    hidden = [key for key in beside if beside[key].refit.misfit < STRONG * alone.get(key, math.inf)]
-    tried = model.side_by_side(by_itself, hidden)
-    better = [e for e in tried if e.refit.misfit < alone.get(e.keys[0], math.inf)]
-    return freed(model, bench, better) if better else []
 
 
 def _with_still_friction(

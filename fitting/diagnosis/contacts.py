@@ -104,7 +104,7 @@ def choose_contact(
         other = dataclasses.replace(problem, hypothesis=hypothesis)
         its = Model(other, workers)
         points = [carried(fit.point, model, its) for fit in paper]
-        found = refit(its, bench, points, [_free(fit, model, its) for fit in paper], iterations=STEPS)
+        found = refit(its, bench, points, [free_under(fit, model, its) for fit in paper], iterations=STEPS)
         pairs = list(zip(found, paper, strict=True))
         one, before = min(pairs, key=lambda pair: _typical(pair[0]))
         if _ratio(one, before) < HOPEFUL:
@@ -150,7 +150,7 @@ def carried(point: Point, model: Model, other: Model) -> Point:
     return dataclasses.replace(point, coordinates=coordinates)
 
 
-def _free(fit: Refit, model: Model, other: Model) -> np.ndarray:
+def free_under(fit: Refit, model: Model, other: Model) -> np.ndarray:
     """What is free under the other model: what is free there under every hypothesis, and the unknowns of the
     fit's effects, as many as the program has columns for."""
     own = [model.names[i] for i in fit.free if model.names[i] not in model.common]

@@ -11,7 +11,7 @@ import numpy as np
 
 from fitting.account import joined
 from fitting.correction import correction_of
-from fitting.diagnosis.attribute import Attribution, attribute
+from fitting.diagnosis.attribute import Attribution, attribute, on_another_contact
 from fitting.diagnosis.confidence import deviations
 from fitting.diagnosis.contacts import Chosen, choose_contact, concerns_contact
 from fitting.diagnosis.contest import Explanation
@@ -83,6 +83,9 @@ def diagnose(
         chosen, seen = _on_another_contact(chosen, bench, seen, held, settings.workers, progress)
         problem, model, base = chosen.problem, chosen.model, chosen.ground
     found = attribute(model, bench, seen, progress)
+    if chosen.words is None and found.asks_for_a_contact:
+        chosen, found = _beside_a_pair(chosen, bench, found, held, settings.workers)
+        problem, model, base = chosen.problem, chosen.model, chosen.ground
     named = _named(found)
     progress.stage("how far the gap shrinks", 3)
     shrunk = closure(problem, model, base.bench, held, _fits(found, named), base.point.own, settings.seed)
@@ -157,6 +160,23 @@ def _on_another_contact(
         floor = min(seen.floor, again.floor)
         explains = again.least - floor < other.preferred * (seen.least - floor)
     return (other, again) if explains else (paper, seen)
+
+
+def _beside_a_pair(
+    paper: Chosen, bench: Bench, found: Attribution, held: Split, workers: int
+) -> tuple[Chosen, Attribution]:
+    """The contact that the records ask for beside the best pair, and what explains them on it; the paper's
+    where another does not leave clearly less."""
+    best = found.explanations[0].refit
+    other = choose_contact(
+        paper.problem, paper.model, paper.ground, bench, held.fitted, [best], found.floor, workers
+    )
+    if other.words is None:
+        return paper, found
+    again = on_another_contact(paper.model, bench, found, other.model)
+    floor = min(found.floor, again.floor)
+    left = again.explanations[0].refit.misfit - floor
+    return (other, again) if left < other.preferred * (best.misfit - floor) else (paper, found)
 
 
 def _named(found: Attribution) -> Explanation | None:

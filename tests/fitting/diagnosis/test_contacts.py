@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import pytest
 
+from fitting.diagnosis.attribute import Attribution, on_another_contact
 from fitting.diagnosis.contacts import Chosen, carried, choose_contact
+from fitting.diagnosis.contest import Explanation
 from fitting.diagnosis.ground import Ground
+from fitting.diagnosis.judge import Account, judge
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
+from fitting.diagnosis.screen import screen
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.effects.force_gain import ForceGain
 from jaxstick.oscillator import Oscillator
@@ -32,11 +36,19 @@ class OtherContact(AbstractEffect):
         return dataclasses.replace(oscillator, contact=self.contact)
 
 
-def looked_at(
-    contact: AbstractContact | None, effect: AbstractEffect | None = None
-) -> tuple[Model, Ground, Refit, Chosen]:
-    """Model, ground, and refit of the nominal model on two noisy runs with this contact, and the choice; with
-    an effect of the shelf, that acts too, the choice beside a refit of it."""
+class Looked(NamedTuple):
+    """Two noisy runs with another contact: model, ground, refits of the nominal model and of an effect that
+    acts too, and the choice."""
+
+    model: Model
+    base: Ground
+    fits: list[Refit]
+    chosen: Chosen
+
+
+def looked_at(contact: AbstractContact | None, effect: AbstractEffect | None = None) -> Looked:
+    """What is chosen where this contact acts, and an effect of the shelf, beside a refit of which it is
+    chosen then."""
     effects: dict[str, AbstractEffect] = {} if contact is None else {"contact": OtherContact(contact)}
     if effect is not None:
         effects["effect"] = effect
@@ -48,7 +60,7 @@ def looked_at(
         fits.append(with_effect(model, base, nominal, key))
     lanes = np.arange(len(base.bench.lanes))
     chosen = choose_contact(problem, model, base, base.bench, lanes, fits, 1.0, WORKERS)
-    return model, base, nominal, chosen
+    return Looked(model, base, fits, chosen)
 
 
 @pytest.mark.parametrize(
@@ -57,7 +69,7 @@ def looked_at(
     ids=["lugre", "elasto-plastic"],
 )
 def test_a_bristle_is_told_and_leaves_nothing_but_noise(contact, word):
-    _, base, nominal, chosen = looked_at(contact)
+    _, base, (nominal,), chosen = looked_at(contact)
     assert nominal.misfit > 2
     assert chosen.words is not None and word in chosen.words
     assert chosen.ratio < 0.6
@@ -71,8 +83,10 @@ def test_a_bristle_is_told_and_leaves_nothing_but_noise(contact, word):
 
 
 def test_a_strong_effect_does_not_hide_the_contact():
-    """Its own effect is taken away again from the point that the next survey begins at."""
-    _, _, nominal, chosen = looked_at(ElastoPlasticContact(TRUTH["k1"], 0.5), ForceGain(0.3))
+    """Its own effect is taken away again from the point that the next survey begins at. What was found under
+    the paper's contact is fitted once more under the one chosen, and then leaves nothing but noise."""
+    model, base, fits, chosen = looked_at(ElastoPlasticContact(TRUTH["k1"], 0.5), ForceGain(0.3))
+    nominal, gained = fits
     assert nominal.misfit > 20
     assert chosen.words is not None and "elasto-plastic" in chosen.words
     point = chosen.ground.point
@@ -81,9 +95,17 @@ def test_a_strong_effect_does_not_hide_the_contact():
     found = chosen.model.values(point.coordinates, chosen.model.common)
     assert found["contact.breakaway"] == pytest.approx(0.5, abs=0.1)
 
+    seen = screen(model, base.bench, nominal, shapes=[])
+    promise = next(p for p in seen.promises if p.key == "force_gain")
+    judgement = judge(nominal.misfit, [Account((promise.key,), gained.misfit, 1)], 1e4, 1.0, seen.keys)
+    before = Attribution(nominal, (Explanation((promise.key,), promise, gained),), seen, judgement, 1.0, 1.0)
+    again = on_another_contact(model, base.bench, before, chosen.model)
+    assert gained.misfit > 2 and again.explanations[0].refit.misfit < 1.3
+    assert again.judgement.named == ("force_gain",)
+
 
 def test_the_contact_of_the_paper_is_kept_where_it_fits():
-    model, base, nominal, chosen = looked_at(None)
+    model, base, (nominal,), chosen = looked_at(None)
     assert chosen.words is None and chosen.model is model and chosen.ground is base
     assert nominal.misfit < 1.2
     same = carried(base.point, model, model)

@@ -1,9 +1,13 @@
-"""The survey: what explains the records as well as what was found first."""
+"""What explains the records as well as what was found first, or only in company so far."""
 
 from __future__ import annotations
 
+import dataclasses
+
+import numpy as np
 import pytest
 
+from fitting.diagnosis.attribute import each_alone
 from fitting.diagnosis.contest import Explanation
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.model import Model
@@ -15,7 +19,7 @@ from fitting.progress import Silent
 from jaxstick.effects.displacement_gain import DisplacementGain
 from tests.fitting.diagnosis.grounded import grounded, with_effect
 
-KEY, MATE = "stiffness_error", "displacement_gain"
+KEY, MATE, IDLE = "stiffness_error", "displacement_gain", "constant_force"
 
 
 @pytest.fixture(scope="module")
@@ -40,3 +44,22 @@ def test_an_effect_with_the_same_trace_is_found_where_the_other_stands(enlarged)
     assert gain.misfit < 1.2
     value = model.values(gain.point.coordinates, [f"{MATE}.gain"])[f"{MATE}.gain"]
     assert value == pytest.approx(0.06, abs=0.02)
+
+
+def test_an_effect_that_was_only_found_beside_another_is_found_alone(enlarged):
+    """The gain has come out beside a force that is not there; by itself the search for it stayed at null."""
+    model, base = enlarged
+    (nominal,) = refit(model, base.bench, [base.point], [model.nuisances()])
+    seen = screen(model, base.bench, nominal, shapes=[])
+    promises = {promise.key: promise for promise in seen.promises}
+    right = released(model, base.bench, with_effect(model, base, nominal, MATE))
+    company = model.together((MATE, IDLE))
+    point = dataclasses.replace(right.point, keys=company)
+    (both,) = refit(model, base.bench, [point], [np.concatenate([right.free, model.of(IDLE)])])
+    stuck = dataclasses.replace(nominal, free=right.free)
+    found = [Explanation((key,), promises[key], stuck) for key in (MATE, IDLE)]
+    pairs = [Explanation((MATE, IDLE), promises[IDLE], both)]
+    alone = {e.keys: e.refit for e in each_alone(model, base.bench, found, pairs, seen)}
+    assert alone[MATE,].misfit == pytest.approx(right.misfit, rel=0.02)
+    assert set(model.of(IDLE)).isdisjoint(alone[MATE,].free)
+    assert (IDLE,) not in alone or alone[IDLE,].misfit > 10 * right.misfit
