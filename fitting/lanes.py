@@ -37,8 +37,9 @@ class Lanes(eqx.Module):
 
     `rig_shift` holds what each lane's rig parameters differ by from the hypothesis; weights are reciprocal
     standard deviations of the channels, 0 where a sample does not count; `start` and `start_deviation` are
-    the prior of displacement, velocity and contact force at the first sample; `rest` [s] and `impulse` [N s]
-    say for how long the mass has then been at rest and what the friction force has by then added up to.
+    the prior of displacement, velocity and contact force at the first sample; `rest` [s], `impulse` [N s] and
+    `slid` say for how long the mass has then been at rest, what the friction force has by then added up to,
+    and the sense in which the mass slid last (1, -1, 0: not known).
     """
 
     rig_shift: Mapping[str, Lane]
@@ -53,6 +54,7 @@ class Lanes(eqx.Module):
     start_deviation: Starts
     rest: Lane
     impulse: Lane
+    slid: Lane
     substeps: int = eqx.field(static=True)
 
     def __len__(self) -> int:
@@ -107,7 +109,8 @@ def lane_motion(oscillator: Oscillator, lane: Lanes, start: Array, pace: Pace | 
         grid = Grid(origin, interval, samples, lane.substeps)
     else:
         grid = OpenGrid(origin, interval, jnp.asarray(pace.substeps), jnp.asarray(pace.reach), samples)
-    begin = Start(start[0], start[1], start[2], jnp.asarray(lane.rest), jnp.asarray(lane.impulse))
+    past = (jnp.asarray(past) for past in (lane.rest, lane.impulse, lane.slid))
+    begin = Start(start[0], start[1], start[2], *past)
     return march(oscillator, begin, grid)
 
 

@@ -95,6 +95,7 @@ def lay_out(
         start_deviation=stacked["start_deviation"],
         rest=stacked["rest"],
         impulse=stacked["impulse"],
+        slid=stacked["slid"],
         substeps=substeps,
     )
 
@@ -166,4 +167,5 @@ def _lane(
         "start_deviation": np.array(deviation),
         "rest": signal.rest[segment.first],
         "impulse": signal.impulse[segment.first],
+        "slid": signal.slid[segment.first],
     }

@@ -18,6 +18,11 @@ ORDERS = 7
 LEAST_CYCLES = 1.5
 NOISE_EXCESS = 1.1
 STILL = 0.02
+"""A mass moves where its velocity is above this share of its top and 4 of its standard deviations;"""
+FAST = 0.3
+"""above this one it surely slides,"""
+ALL_BUT = 0.7
+"""and no force below this share of the typical one there is that of sliding."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -27,7 +32,7 @@ class Signals:
     `base` and `force` are the excitation at the samples (zero where the run has none). `friction` is the
     recorded friction force or, without that channel, m x'' + c x' + K x - k_d y - c_d y' - u. `rest` is for
     how long the mass has been at rest [s], `impulse` the integral of the friction force from the beginning of
-    the run [N s].
+    the run [N s], `slid` the sense in which the mass slid last (1, -1, or 0 where it has not yet).
     """
 
     run: Run
@@ -42,6 +47,7 @@ class Signals:
     friction_deviation: float
     rest: Samples
     impulse: Samples
+    slid: Samples
 
     def redrawn(self, random: np.random.Generator) -> Signals:
         """The same signals with another draw of the base's noise, read off as the record itself was."""
@@ -70,6 +76,7 @@ def read_signals(run: Run, noise: Noise) -> Signals:
         friction, friction_deviation = run.friction, friction_noise
     else:
         friction, friction_deviation = _balance(run, base, force, velocity, window, displacement_noise)
+    moving = np.abs(velocity) > max(STILL * np.max(np.abs(velocity)), 4 * velocity_deviation)
     return Signals(
         run,
         base,
@@ -81,17 +88,24 @@ def read_signals(run: Run, noise: Noise) -> Signals:
         base_noise,
         velocity_deviation,
         friction_deviation,
-        _rest(run, velocity, velocity_deviation),
+        (np.arange(len(velocity)) - np.maximum(_last(moving), 0)) * dt,
         cumulative_trapezoid(friction, dx=dt, initial=0.0),
+        _slid(velocity, friction, moving),
     )
 
 
-def _rest(run: Run, velocity: Samples, deviation: float) -> Samples:
-    """For how long the velocity has kept below a fiftieth of its top or 4 of its standard deviations [s]."""
-    still = np.abs(velocity) < max(STILL * np.max(np.abs(velocity)), 4 * deviation)
-    index = np.arange(len(velocity))
-    last_moving = np.maximum.accumulate(np.where(still, -1, index))
-    return np.where(still, (index - np.maximum(last_moving, 0)) * run.interval, 0.0)
+def _last(true: np.ndarray) -> np.ndarray:
+    """The index of the last sample so far of which something is true, -1 for none."""
+    return np.maximum.accumulate(np.where(true, np.arange(len(true)), -1))
+
+
+def _slid(velocity: Samples, friction: Samples, moving: np.ndarray) -> Samples:
+    """The sense of the velocity when the mass last moved against a force as large as that of sliding: what
+    rings in stick moves, too."""
+    speed = np.abs(velocity)
+    sliding = np.median(np.abs(friction[speed >= FAST * speed.max()]))
+    last = _last(moving & (velocity * friction < 0) & (np.abs(friction) > ALL_BUT * sliding))
+    return np.where(last < 0, 0.0, np.sign(velocity[last]))
 
 
 def excitation(run: Run, time: Samples) -> tuple[Samples, Samples]:

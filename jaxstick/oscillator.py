@@ -24,13 +24,15 @@ PROBE = 1e-7
 class Start(NamedTuple):
     """How a motion begins: displacement [m], velocity [m/s], friction force held by the contact [N], for how
     long the contact has been at rest [s]; and, where it is picked up in the middle of a record, the integral
-    of the recorded friction force from the beginning of the run [N s]."""
+    of the recorded friction force from the beginning of the run [N s], and the sense in which the mass slid
+    last (1, -1, or 0 where it did not)."""
 
     displacement: Scalar = 0.0
     velocity: Scalar = 0.0
     friction: Scalar = 0.0
     rest: Scalar = 0.0
     impulse: Scalar = 0.0
+    slid: Scalar = 0.0
 
 
 class State(NamedTuple):
@@ -90,7 +92,7 @@ class Oscillator(eqx.Module):
         excitation = self.drive.at(t)
         motion = self.motion(t, excitation, start.displacement, start.velocity, 0.0)
         rig, law = self.rig.initial(motion), self.friction.initial(motion)
-        approach = Approach(start.friction, motion.slide_rate, start.rest)
+        approach = Approach(start.friction, motion.slide_rate, start.rest, start.slid)
         traction = self.traction(law, motion)
         friction, contact = self.contact.initial(approach, traction)
         motion = motion._replace(a=(self.rig.force(rig, motion) + friction) / self.rig.inertia())

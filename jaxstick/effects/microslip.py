@@ -89,9 +89,14 @@ class _Split(AbstractContact):
     earlier: Scalar
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
-        deflection = -approach.force / self.k1
-        limit = self._yield(approach.rate, sense_of(deflection), traction)
-        deflection = jnp.clip(deflection, -limit, limit)
+        """Where the mass slid before, the early element has come back from there with the whole."""
+        held = -approach.force / self.k1
+        slid = jnp.asarray(approach.slid)
+        sense = jnp.where(slid == 0, sense_of(held), slid)
+        whole = traction.limit(approach.rate, sense) / self.k1
+        limit = self.earlier * whole
+        back = jnp.clip(whole - sense * held, 0.0, 2 * limit)
+        deflection = jnp.where(slid == 0, jnp.clip(held, -limit, limit), sense * (limit - back))
         early = -self.share * self.k1 * deflection
         rest = approach._replace(force=(approach.force - early) / (1 - self.share))
         friction, inner = self.inner.initial(rest, self._later(traction))

@@ -41,11 +41,13 @@ class Passage(NamedTuple):
 
 class Approach(NamedTuple):
     """How the contact comes to the first node: the force on the mass that its spring holds there [N], the
-    sliding velocity [m/s], for how long it has been at rest [s]."""
+    sliding velocity [m/s], for how long it has been at rest [s], and the sense of the sliding before that, 1
+    or -1, 0 where it is not known: what yields element by element remembers it."""
 
     force: Scalar
     rate: Scalar
     rest: Scalar
+    slid: Scalar = 0.0
 
 
 class Grip(NamedTuple):
@@ -123,7 +125,7 @@ class LoadedContact(AbstractFlowingContact):
     k1: Float[Array, ""] | float = parameter("N/m", "stiffness of the contact in stick", lower=0.0)
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, LoadedState]:
-        force, rate, _ = approach
+        force, rate, *_ = approach
         direction = sense_of(-force)
         limit = traction.limit(rate, direction)
         static = traction.limit(0.0, direction)
@@ -190,7 +192,7 @@ class PaperContact(AbstractContact):
     k1: Float[Array, ""] | float = parameter("N/m", "stiffness of the contact in stick", lower=0.0)
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, PaperState]:
-        force, rate, _ = approach
+        force, rate, *_ = approach
         direction = sense_of(-force)
         slips = jnp.abs(force) >= traction.limit(0.0, direction)
         onward = sense_of(rate)
@@ -254,7 +256,7 @@ class SmoothContact(AbstractFlowingContact):
     )
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Scalar]:
-        force, rate, _ = approach
+        force, rate, *_ = approach
         direction = sense_of(-force)
         limit = traction.limit(rate, direction)
         deflection = -jnp.where(-force * rate > 0, jnp.clip(force, -limit, limit), force) / self.k1

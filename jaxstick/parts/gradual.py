@@ -101,7 +101,9 @@ class IwanContact(AbstractContact):
     (1 - spread) g to (1 + spread) g of the whole's.
 
     In stick the force runs back along the same spring k1 after a reversal and bends as one element after
-    another yields. Source: Iwan, J. Appl. Mech. 33 (1966) 893.
+    another yields, on a branch twice as large as the first (Masing): elements that begin in stick have come
+    back along it from the sliding before, or else have never yielded.
+    Source: Iwan, J. Appl. Mech. 33 (1966) 893.
     """
 
     k1: Float[Array, ""] | float = parameter("N/m", "stiffness of the contact in stick", lower=0.0)
@@ -112,13 +114,12 @@ class IwanContact(AbstractContact):
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Scalar]:
         sense = sense_of(-approach.force)
         limits = self._limits(traction.limit(approach.rate, sense))
-        wanted = jnp.clip(-approach.force / self.k1, -jnp.mean(limits), jnp.mean(limits))
-        reach = wanted
-        for _ in range(ELEMENTS):
-            held = jnp.maximum(jnp.mean((jnp.abs(reach) < limits).astype(float)), 1 / ELEMENTS)
-            reach = reach + (wanted - jnp.mean(jnp.clip(reach, -limits, limits))) / held
-        deflections = jnp.clip(reach, -limits, limits)
-        slips = (sense * reach > limits * (1 - ROUNDING)) & (sense * approach.rate > 0)
+        whole = jnp.mean(limits)
+        wanted = jnp.clip(-approach.force / self.k1, -whole, whole)
+        slid = jnp.asarray(approach.slid)
+        pulled = _pulled(jnp.where(slid == 0, sense * wanted, (whole - slid * wanted) / 2), limits)
+        deflections = jnp.where(slid == 0, sense * pulled, slid * (limits - 2 * pulled))
+        slips = (sense * deflections > limits * (1 - ROUNDING)) & (sense * approach.rate > 0)
         drag = traction.viscous(approach.rate, sense) * approach.rate * _share(slips, limits)
         return -self.k1 * jnp.mean(deflections) - drag, deflections
 
@@ -137,6 +138,15 @@ class IwanContact(AbstractContact):
     def _limits(self, limit: Scalar) -> Array:
         """The deflections at which the elements yield [m]."""
         return limit / self.k1 * (1 + self.spread * jnp.linspace(-1.0, 1.0, ELEMENTS))
+
+
+def _pulled(mean: Scalar, limits: Array) -> Array:
+    """The deflections of elements that are pulled from rest until their mean is so much."""
+    reach = mean
+    for _ in range(ELEMENTS):
+        held = jnp.maximum(jnp.mean((reach < limits).astype(float)), 1 / ELEMENTS)
+        reach = reach + (mean - jnp.mean(jnp.minimum(reach, limits))) / held
+    return jnp.minimum(reach, limits)
 
 
 def _share(slips: Array, limits: Array) -> Scalar:

@@ -22,13 +22,14 @@ from jaxstick.simulate import Grid, march, simulate
 K1, LIMIT = 5e4, 4.0
 FULL = LIMIT / K1
 DRY = Traction(limit=lambda rate, sense: jnp.asarray(LIMIT), viscous=lambda rate, sense: jnp.asarray(0.0))
+UNTOUCHED = Approach(0.0, 0.0, 0.0)
 CONTACTS = (LuGreContact(K1), ElastoPlasticContact(K1, 0.6), IwanContact(K1, 0.2))
 NAMES = ("lugre", "elasto-plastic", "iwan")
 
 
-def pulled(contact: AbstractContact, way: np.ndarray) -> np.ndarray:
-    """The friction force at places of the mass, pulled slowly through them from rest at the first."""
-    force, state = contact.initial(Approach(0.0, 0.0, 0.0), DRY)
+def pulled(contact: AbstractContact, way: np.ndarray, begin: Approach = UNTOUCHED) -> np.ndarray:
+    """The friction force at places of the mass, pulled slowly through them from where it begins."""
+    force, state = contact.initial(begin, DRY)
     out = [float(force)]
     for slide in np.diff(way):
         grip = contact.grip(state, Passage(1e-3, jnp.asarray(slide), jnp.asarray(1e-6), 0.0, 2.0), DRY)
@@ -70,6 +71,20 @@ def test_the_first_force_is_the_one_that_is_given(contact):
         assert float(force) == pytest.approx(wanted, abs=1e-3 * LIMIT)
     force, _ = contact.initial(Approach(3 * LIMIT, 0.0, 0.0), DRY)
     assert float(force) == pytest.approx(LIMIT, rel=1e-6)
+
+
+@pytest.mark.parametrize("slid", [-1.0, 1.0])
+@pytest.mark.parametrize("back", [0.3, 1.0, 1.7])
+def test_elements_that_begin_in_stick_remember_the_sliding_before(slid, back):
+    """From slip back by a share of 2 g/k1 and on in either sense: the same whether it is all seen, or picked
+    up on the way with the force there and the sense of the slip."""
+    contact = IwanContact(K1, 0.2)
+    come = slid * np.concatenate([np.linspace(0, 1.5 * FULL, 100), np.linspace(1.5, 1.5 - back, 100) * FULL])
+    for onward in (-1.0, 1.0):
+        go_on = come[-1] + onward * np.linspace(0, 1.8 * FULL, 100)
+        whole = pulled(contact, np.concatenate([come, go_on]))[len(come) :]
+        picked_up = pulled(contact, go_on, Approach(whole[0], 0.0, 0.0, slid))
+        assert picked_up == pytest.approx(whole, abs=1e-6 * LIMIT)
 
 
 @pytest.mark.parametrize("way", [-1.0, 1.0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Callable
 from typing import Any
@@ -282,13 +283,30 @@ def test_a_split_contact_rings_like_the_whole_at_a_coarse_step() -> None:
 
 
 def test_microslip_starts_where_the_force_says() -> None:
-    """A contact that holds a force holds it in both elements together, and stays at rest under it."""
+    """A contact that holds a force holds it in both elements together, and stays at rest under it, whichever
+    way it slid before."""
     oscillator = with_effect(free(LAW), "microslip", share=0.3, earlier=0.4)
-    for force in (1.0, -5.0, STATIC):
+    for force, slid in itertools.product((1.0, -5.0, STATIC), (-1.0, 0.0, 1.0)):
         motion = oscillator.motion(0.0, oscillator.drive.at(0.0), 0.0, 0.0, 0.0)
         traction = oscillator.traction(None, motion)
-        held, _ = oscillator.contact.initial(Approach(force, 0.0, 0.0), traction)
+        held, _ = oscillator.contact.initial(Approach(force, 0.0, 0.0, slid), traction)
         assert float(held) == pytest.approx(force)
+
+
+@pytest.mark.parametrize("slid", [-1.0, 1.0])
+def test_the_early_element_remembers_the_sliding_before(slid: float) -> None:
+    """From slip back by less or by more than twice its yield: it has gone back by as much, or yielded."""
+    oscillator = with_effect(free(LAW), "microslip", share=0.3, earlier=0.4)
+    motion = oscillator.motion(0.0, oscillator.drive.at(0.0), 0.0, 0.0, 0.0)
+    traction = oscillator.traction(None, motion)
+    early = 0.4 * STATIC / K1
+    for back, expected in ((0.5 * early, 0.5 * early), (1.5 * early, -0.5 * early), (3.0 * early, -early)):
+        lost = K1 * min(back, 2 * early) + 0.7 * K1 * max(back - 2 * early, 0.0)
+        held, (_, deflection) = oscillator.contact.initial(
+            Approach(-slid * (STATIC - lost), 0.0, 0.0, slid), traction
+        )
+        assert float(held) == pytest.approx(-slid * (STATIC - lost))
+        assert float(deflection) == pytest.approx(slid * expected)
 
 
 FRICTION = {
