@@ -18,6 +18,7 @@ from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point, Refit, refit, within_columns
 from fitting.diagnosis.release import released
 from fitting.problem import Problem
+from fitting.progress import Progress
 from jaxstick.parts.contact import AbstractContact
 from jaxstick.parts.gradual import ElastoPlasticContact, IwanContact, LuGreContact
 
@@ -86,6 +87,7 @@ def choose_contact(
     fits: Sequence[Refit],
     floor: float,
     workers: int,
+    progress: Progress,
 ) -> Chosen:
     """The contact that the records may ask for, on a bench that has some `lanes` of the ground.
 
@@ -94,6 +96,7 @@ def choose_contact(
     below, the one on which lanes cost least is chosen.
     """
     parts = problem.hypothesis.nominal
+    progress.stage("contacts tried", 1)
     paper = refit(model, bench, [fit.point for fit in fits], [fit.free for fit in fits], iterations=STEPS)
 
     def tried(rival: Rival) -> tuple[float, Chosen] | None:
@@ -123,7 +126,9 @@ def choose_contact(
 
     rivals = gradual_contacts(float(np.asarray(parts.contact.k1)))
     worthy = [each for each in model.side_by_side(tried, rivals) if each is not None]
-    return min(worthy, key=lambda each: each[0])[1] if worthy else Chosen(problem, model, ground)
+    chosen = min(worthy, key=lambda each: each[0])[1] if worthy else Chosen(problem, model, ground)
+    progress.advance(chosen.words or "the assumed one stays")
+    return chosen
 
 
 def _typical(fit: Refit) -> float:

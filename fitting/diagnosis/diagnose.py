@@ -84,7 +84,7 @@ def diagnose(
         problem, model, base = chosen.problem, chosen.model, chosen.ground
     found = attribute(model, bench, seen, progress)
     if chosen.words is None and found.asks_for_a_contact:
-        chosen, found = _beside_a_pair(chosen, bench, found, held, settings.workers)
+        chosen, found = _beside_a_pair(chosen, bench, found, held, settings.workers, progress)
         problem, model, base = chosen.problem, chosen.model, chosen.ground
     named = _named(found)
     progress.stage("how far the gap shrinks", 3)
@@ -150,7 +150,7 @@ def _on_another_contact(
     problem, model, base = paper.problem, paper.model, paper.ground
     beside = [] if seen.suffices else seen.found[:BESIDE]
     fits = [seen.nominal, *(explanation.refit for explanation in beside)]
-    other = choose_contact(problem, model, base, bench, held.fitted, fits, seen.floor, workers)
+    other = choose_contact(problem, model, base, bench, held.fitted, fits, seen.floor, workers, progress)
     if other.words is None:
         return paper, seen
     again = survey(other.model, bench, part(other.ground.point, held.fitted), progress)
@@ -163,13 +163,13 @@ def _on_another_contact(
 
 
 def _beside_a_pair(
-    paper: Chosen, bench: Bench, found: Attribution, held: Split, workers: int
+    paper: Chosen, bench: Bench, found: Attribution, held: Split, workers: int, progress: Progress
 ) -> tuple[Chosen, Attribution]:
     """The contact that the records ask for beside the best pair, and what explains them on it; the paper's
     where another does not leave clearly less."""
     best = found.explanations[0].refit
     other = choose_contact(
-        paper.problem, paper.model, paper.ground, bench, held.fitted, [best], found.floor, workers
+        paper.problem, paper.model, paper.ground, bench, held.fitted, [best], found.floor, workers, progress
     )
     if other.words is None:
         return paper, found

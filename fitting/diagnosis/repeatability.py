@@ -31,25 +31,34 @@ def wanders(fit: Refit) -> bool:
 
 
 def floor_of(model: Model, bench: Bench, fits: Sequence[Refit]) -> float:
-    """The least misfit that any model can have here, 1 at least: of several fits the lowest mean square of
-    what changes from one cycle to the next, outliers weighed down, and no more than `UNEVEN` times what a
-    typical lane costs; each with what the wandering of friction costs in likelihood, as every misfit.
+    """The least misfit that any model can have here, 1 at least: `unrepeated` with what the wandering of
+    friction costs in likelihood, as every misfit has it."""
+    dof = bench.dof()
+    return _least(model, bench, fits, [fit.misfit / misfit_of(fit.cost, dof) for fit in fits])
+
+
+def unrepeated(model: Model, bench: Bench, fits: Sequence[Refit]) -> float:
+    """The least chi-square per degree of freedom, 1 at least: of several fits the lowest mean square of what
+    changes from one cycle to the next, outliers weighed down, and no more than `UNEVEN` times what a typical
+    lane costs.
 
     1 where the lanes are not repeated, and where friction keeps still under one of the fits: an effect that
     keeps another time than the excitation does not repeat itself either, and is no scatter.
     """
+    return _least(model, bench, fits, [1.0] * len(fits))
+
+
+def _least(model: Model, bench: Bench, fits: Sequence[Refit], prices: Sequence[float]) -> float:
     first, second = successive(bench.phase)
     if len(first) < FEWEST or not all(wanders(fit) for fit in fits):
         return 1.0
     dof = bench.dof()
-    prices = [fit.misfit / misfit_of(fit.cost, dof) for fit in fits]
+    changing, typical = [], []
     seen = model.columns([job(bench, fit.point) for fit in fits])
-    changing = min(
-        price * _pure_error(bench, columns.residual[:, :-OWN], first, second)
-        for price, columns in zip(prices, seen, strict=True)
-    )
-    typical = min(price * float(np.median(fit.cost / dof)) for price, fit in zip(prices, fits, strict=True))
-    return max(1.0, min(changing, UNEVEN * typical))
+    for fit, columns, price in zip(fits, seen, prices, strict=True):
+        changing.append(price * _pure_error(bench, columns.residual[:, :-OWN], first, second))
+        typical.append(price * float(np.median(fit.cost / dof)))
+    return max(1.0, min(*changing, UNEVEN * min(typical)))
 
 
 def successive(phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

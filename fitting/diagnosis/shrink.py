@@ -12,7 +12,7 @@ from fitting.diagnosis.findings import Closure
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Point, Refit, misfit_of, refit
 from fitting.diagnosis.release import released
-from fitting.diagnosis.repeatability import floor_of
+from fitting.diagnosis.repeatability import unrepeated
 from fitting.problem import Problem
 from jaxstick.errors import UserError
 from jaxstick.record import CONSTANTS
@@ -106,7 +106,7 @@ def closure(
     results.update(zip(compared, again, strict=True))
     dof = test.dof()
     gaps = {name: math.sqrt(misfit_of(result.cost, dof)) for name, result in results.items()}
-    repeated = floor_of(model, test, again)
+    repeated = unrepeated(model, test, again)
     floor = min(math.sqrt(repeated), gaps["named"])
 
     def closed(name: str) -> float:

@@ -9,8 +9,14 @@ import pytest
 
 from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.findings import Diagnosis
+from fitting.diagnosis.ground import ground
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import refit
 from fitting.diagnosis.save import save_diagnosis
 from fitting.diagnosis.settings import DiagnosisSettings
+from fitting.problem import pose
+from fitting.progress import Silent
+from fitting.settings import Settings
 from jaxstick.catalogue import catalogue
 from jaxstick.effects.cubic_stiffness import CubicStiffness
 from jaxstick.errors import UserError
@@ -59,11 +65,16 @@ def test_the_cause_is_named_with_its_size(hardened):
 
 
 def test_an_effect_that_is_stated_is_part_of_the_model():
+    """The nominal model then has it, leaves nothing but noise, and does not look for it again."""
     stated = {"cubic_stiffness": {"coefficient": COEFFICIENT}}
     data = dataclasses.replace(records(COEFFICIENT, 1), effects=stated)
-    found = diagnose(data, DiagnosisSettings(hold_out=(HELD_OUT,), workers=2))
-    assert found.verdict == "none"
-    assert "cubic_stiffness" not in found.probabilities
+    settings = Settings(workers=2)
+    problem = pose(data, settings)
+    model = Model(problem, settings.workers)
+    base = ground(problem, model, settings, Silent())
+    (nominal,) = refit(model, base.bench, [base.point], [model.nuisances()])
+    assert nominal.misfit < 1.1
+    assert "cubic_stiffness" not in model.shelf.effects
 
 
 def test_the_gap_closes_on_the_run_that_took_no_part(hardened):

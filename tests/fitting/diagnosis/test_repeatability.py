@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from fitting.diagnosis.laying import cut_in_step
 from fitting.diagnosis.model import Columns
 from fitting.diagnosis.refit import Bench, Point, Refit
-from fitting.diagnosis.repeatability import UNEVEN, floor_of, successive
+from fitting.diagnosis.repeatability import UNEVEN, floor_of, successive, unrepeated
 from fitting.diagnosis.wander import OWN
 from fitting.signals import read_signals
 from jaxstick.record import KnownRig, Noise, Run
@@ -58,9 +58,9 @@ def test_successive_lanes_of_a_phase_are_paired():
 LANES, COUNTED = 24, 50
 
 
-def judged(residual: np.ndarray, cost: float, width: float) -> float:
+def judged(residual: np.ndarray, cost: float, width: float, price: float = 1.0) -> float:
     """The floor that residuals (lanes, samples) of lanes with one phase lead to, at this cost per degree of
-    freedom and friction that wanders by this width."""
+    freedom and friction that wanders by this width, at this price; without the price it is lower by that."""
     blank, ones = np.zeros_like(residual), np.ones_like(residual)
     lanes: Any = SimpleNamespace(
         displacement_weight=ones, friction_weight=blank, counted=lambda: np.full(LANES, COUNTED)
@@ -70,7 +70,10 @@ def judged(residual: np.ndarray, cost: float, width: float) -> float:
     model: Any = SimpleNamespace(columns=lambda jobs: [Columns(rows, rows, rows) for _ in jobs])
     point = Point((), np.zeros(1), np.zeros(1), np.zeros((LANES, OWN)), np.full(2, width))
     each = np.full(LANES, cost * (COUNTED - 3))
-    return floor_of(model, bench, [Refit(point, np.zeros(0, int), each, cost, np.ones(LANES), 1)])
+    fit = Refit(point, np.zeros(0, int), each, price * cost, np.ones(LANES), 1)
+    floor, bare = floor_of(model, bench, [fit]), unrepeated(model, bench, [fit])
+    assert bare == 1.0 or floor == pytest.approx(price * bare)
+    return floor
 
 
 def test_the_floor_is_what_changes_from_one_cycle_to_the_next(monkeypatch):
@@ -79,6 +82,7 @@ def test_the_floor_is_what_changes_from_one_cycle_to_the_next(monkeypatch):
     random = np.random.default_rng(3)
     residual = 50 * np.sin(np.arange(COUNTED)) + 3 * random.standard_normal((LANES, COUNTED))
     assert judged(residual, 1300.0, 0.02) == pytest.approx(9.0, rel=0.25)
+    assert judged(residual, 1300.0, 0.02, 1.1) == pytest.approx(1.1 * judged(residual, 1300.0, 0.02))
     assert judged(residual, 1300.0, 1e-6) == 1.0
 
 
