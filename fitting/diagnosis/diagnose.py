@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import time
 from collections.abc import Sequence
 
-import numpy as np
-
 from fitting.account import joined
 from fitting.correction import correction_of
-from fitting.diagnosis.attribute import Attribution, attribute, on_another_contact
-from fitting.diagnosis.confidence import deviations
-from fitting.diagnosis.contacts import Chosen, choose_contact, concerns_contact
+from fitting.diagnosis.attribute import Attribution, attribute
+from fitting.diagnosis.comparison import candidates, likeness
+from fitting.diagnosis.contacts import Chosen, concerns_contact
 from fitting.diagnosis.contest import Explanation
-from fitting.diagnosis.detection import detection_limit, limits
-from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Parameter, Trace
+from fitting.diagnosis.detection import limits
+from fitting.diagnosis.estimates import estimates
+from fitting.diagnosis.findings import Diagnosis, Trace
 from fitting.diagnosis.ground import Ground, ground, resolved
 from fitting.diagnosis.judge import refuted
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
-from fitting.diagnosis.model import RIG_TOLERANCE, Model
-from fitting.diagnosis.refit import Bench, Point, Refit, refit
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.other_contact import beside_a_pair, beside_single_effects
+from fitting.diagnosis.refit import Point, Refit, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import (
@@ -31,23 +30,15 @@ from fitting.diagnosis.shrink import (
     left_open,
     part,
     refutes,
-    share_closed,
     split,
 )
-from fitting.diagnosis.survey import Survey, survey
+from fitting.diagnosis.survey import survey
 from fitting.diagnosis.words import advice, notes, refutation, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
-from fitting.result import Constant
 from fitting.segments import Segment
 from fitting.settings import Settings
-from fitting.unknowns import RIG
-from jaxstick.record import CONSTANTS, DataSet
-
-BESIDE = 2
-"""With so many of the best explanations other contacts are tried, besides with the nominal model."""
-ALIKE = 8
-"""How many of the best explanations are compared with one another."""
+from jaxstick.record import DataSet
 
 
 def diagnose(
@@ -80,11 +71,11 @@ def diagnose(
     seen = survey(model, bench, begin, progress)
     chosen = Chosen(problem, model, base)
     if not seen.suffices or concerns_contact(model, seen.found[0].keys):
-        chosen, seen = _on_another_contact(chosen, bench, seen, held, settings.workers, progress)
+        chosen, seen = beside_single_effects(chosen, bench, seen, held, settings.workers, progress)
         problem, model, base = chosen.problem, chosen.model, chosen.ground
     found = attribute(model, bench, seen, progress)
     if chosen.words is None and found.asks_for_a_contact:
-        chosen, found = _beside_a_pair(chosen, bench, found, held, settings.workers, progress)
+        chosen, found = beside_a_pair(chosen, bench, found, held, settings.workers, progress)
         problem, model, base = chosen.problem, chosen.model, chosen.ground
     named = _named(found)
     progress.stage("how far the gap shrinks", 3)
@@ -100,19 +91,16 @@ def diagnose(
     seen_before, seen_after = (see(model, base.bench, fit.point) for fit in (before, after))
     where = localise(problem, model, base.bench, base.segments, before, seen_before, found)
     force = residual_force(problem, base.segments, seen_before)
-    spread = deviations(model, base.bench, before)
-    constants_before, others_before = _constants(model, dataset, before, *spread)
-    constants, others, effects, correction = constants_before, others_before, {}, None
+    unmended = mended = estimates(model, dataset, base.bench, before)
+    correction = None
     if named is not None:
-        spread = deviations(model, base.bench, after)
-        constants, others = _constants(model, dataset, after, *spread)
-        effects = _effects(model, after, named.keys, *spread)
+        mended = estimates(model, dataset, base.bench, after, named.keys)
         if chosen.words is None:
             correction = correction_of(model.at(after.point.coordinates, named.keys), dataset.rig)
-    candidates = _candidates(model, found)
+    listed = candidates(model, found)
     progress.advance()
     judgement = found.judgement
-    mentioned = dict.fromkeys((*judgement.named, *(key for c in candidates[:4] for key in c.keys)))
+    mentioned = dict.fromkeys((*judgement.named, *(key for c in listed[:4] for key in c.keys)))
     return Diagnosis(
         verdict=judgement.verdict,
         named=judgement.named,
@@ -120,14 +108,14 @@ def diagnose(
         sentence=sentence(model, judgement, shrunk, where),
         where=where,
         residual_force=force,
-        candidates=candidates,
-        likeness=_likeness(found, bench),
+        candidates=listed,
+        likeness=likeness(found, bench),
         closure=shrunk,
-        effects=effects,
-        constants=constants,
-        constants_before=constants_before,
-        others=others,
-        others_before=others_before,
+        effects=mended.effects,
+        constants=mended.constants,
+        constants_before=unmended.constants,
+        others=mended.others,
+        others_before=unmended.others,
         traces=_traces(problem, base.segments, held, seen_before, seen_after),
         cards={key: model.shelf.effects[key].card for key in mentioned},
         next_experiment=advice(problem, model, found, bench),
@@ -139,44 +127,6 @@ def diagnose(
         correction=correction,
         limits=limits(model, found.screen, found.inflation),
     )
-
-
-def _on_another_contact(
-    paper: Chosen, bench: Bench, seen: Survey, held: Split, workers: int, progress: Progress
-) -> tuple[Chosen, Survey]:
-    """The contact that the records ask for, and the survey on it; the paper's contact where another does not
-    explain clearly more. Where an effect suffices, another contact must do without any what that effect does.
-    """
-    problem, model, base = paper.problem, paper.model, paper.ground
-    beside = [] if seen.suffices else seen.found[:BESIDE]
-    fits = [seen.nominal, *(explanation.refit for explanation in beside)]
-    other = choose_contact(problem, model, base, bench, held.fitted, fits, seen.floor, workers, progress)
-    if other.words is None:
-        return paper, seen
-    again = survey(other.model, bench, part(other.ground.point, held.fitted), progress)
-    if seen.suffices:
-        explains = again.nominal.misfit < seen.least
-    else:
-        floor = min(seen.floor, again.floor)
-        explains = again.least - floor < other.preferred * (seen.least - floor)
-    return (other, again) if explains else (paper, seen)
-
-
-def _beside_a_pair(
-    paper: Chosen, bench: Bench, found: Attribution, held: Split, workers: int, progress: Progress
-) -> tuple[Chosen, Attribution]:
-    """The contact that the records ask for beside the best pair, and what explains them on it; the paper's
-    where another does not leave clearly less."""
-    best = found.explanations[0].refit
-    other = choose_contact(
-        paper.problem, paper.model, paper.ground, bench, held.fitted, [best], found.floor, workers, progress
-    )
-    if other.words is None:
-        return paper, found
-    again = on_another_contact(paper.model, bench, found, other.model)
-    floor = min(found.floor, again.floor)
-    left = again.explanations[0].refit.misfit - floor
-    return (other, again) if left < other.preferred * (best.misfit - floor) else (paper, found)
 
 
 def _named(found: Attribution) -> Explanation | None:
@@ -213,114 +163,6 @@ def _finally(
     results = refit(model, base.bench, [begin(fit) for fit in chosen], [fit.free for fit in chosen])
     nominal, *others = model.side_by_side(lambda fit: released(model, base.bench, fit), results)
     return nominal, others[-1] if others else nominal
-
-
-def _constants(
-    model: Model, dataset: DataSet, fit: Refit, spread: np.ndarray, quantile: float
-) -> tuple[tuple[Constant, ...], tuple[Constant, ...]]:
-    """The constants of friction, and the properties of the rig that were free within their tolerance."""
-    stated = {name: getattr(dataset.assumed, name) for name in CONSTANTS}
-    stated |= {f"{RIG}{name}": getattr(dataset.rig, name) for name in RIG_TOLERANCE}
-    found = []
-    for index, deviation in zip(fit.free.tolist(), spread.tolist(), strict=True):
-        name = model.names[index]
-        if name not in stated:
-            continue
-        value, low, high = _bounds(model, fit, index, deviation, quantile)
-        found.append(
-            Constant(
-                name=name,
-                value=value,
-                low=low,
-                high=high,
-                unit=model.members[index].unit,
-                assumed=stated[name],
-                standard_error=None if low is None or high is None else (high - low) / (2 * quantile),
-                method="covariance",
-            )
-        )
-    friction = tuple(constant for constant in found if constant.name in CONSTANTS)
-    return friction, tuple(constant for constant in found if constant.name not in CONSTANTS)
-
-
-def _effects(
-    model: Model, fit: Refit, keys: Sequence[str], spread: np.ndarray, quantile: float
-) -> dict[str, tuple[Parameter, ...]]:
-    deviation = dict(zip(fit.free.tolist(), spread.tolist(), strict=True))
-    out = {}
-    for key in keys:
-        own = []
-        for index in model.of(key).tolist():
-            if index not in deviation:
-                continue
-            value, low, high = _bounds(model, fit, index, deviation[index], quantile)
-            name = model.names[index].partition(".")[2]
-            own.append(Parameter(name, value, low, high, model.members[index].unit))
-        out[key] = tuple(own)
-    return out
-
-
-def _bounds(
-    model: Model, fit: Refit, index: int, deviation: float, quantile: float
-) -> tuple[float, float | None, float | None]:
-    """A parameter's value and 95 % interval in its own unit; an end beyond the bounds is no end."""
-    member, at = model.members[index], float(fit.point.coordinates[index])
-    low, high = at - quantile * deviation, at + quantile * deviation
-    return (
-        float(member.to_value(at)),
-        float(member.to_value(low)) if low > model.lower[index] and math.isfinite(low) else None,
-        float(member.to_value(high)) if high < model.upper[index] and math.isfinite(high) else None,
-    )
-
-
-def _candidates(model: Model, found: Attribution) -> tuple[Candidate, ...]:
-    before = math.sqrt(found.nominal.misfit)
-    out = []
-    for explanation in found.explanations:
-        fit, promise = explanation.refit, explanation.promise
-        free = set(fit.free.tolist())
-        own = [i for key in explanation.keys for i in model.of(key) if i in free]
-        out.append(
-            Candidate(
-                keys=explanation.keys,
-                score=promise.score,
-                misfit=fit.misfit,
-                closed=share_closed(before, math.sqrt(fit.misfit), min(1.0, before)),
-                probability=found.judgement.explanations["+".join(explanation.keys)],
-                parameters=tuple(
-                    Parameter(
-                        model.names[i] if len(explanation.keys) > 1 else model.names[i].partition(".")[2],
-                        float(model.members[i].to_value(fit.point.coordinates[i])),
-                        None,
-                        None,
-                        model.members[i].unit,
-                    )
-                    for i in own
-                ),
-                detection_limit=detection_limit(model, promise, found.inflation),
-            )
-        )
-    return tuple(sorted(out, key=lambda candidate: -candidate.probability))
-
-
-def _likeness(found: Attribution, bench: Bench) -> tuple[Likeness, ...]:
-    """Every two of the best single explanations: how alike they are and how far apart their misfits."""
-    singles = [e for e in found.explanations if len(e.keys) == 1][:ALIKE]
-    place = {key: number for number, key in enumerate(found.screen.keys)}
-    out = []
-    for number, one in enumerate(singles):
-        for other in singles[number + 1 :]:
-            difference = other.refit.cost - one.refit.cost
-            spread = float(np.std(difference)) * math.sqrt(len(difference))
-            out.append(
-                Likeness(
-                    one.keys[0],
-                    other.keys[0],
-                    float(found.screen.cosine[place[one.keys[0]], place[other.keys[0]]]),
-                    float(difference.sum()) / max(spread, 1e-300),
-                )
-            )
-    return tuple(out)
 
 
 def _traces(

@@ -1,0 +1,51 @@
+"""What was found on the paper's contact, found anew on the one that the records ask for."""
+
+from __future__ import annotations
+
+from fitting.diagnosis.attribute import Attribution, on_another_contact
+from fitting.diagnosis.contacts import Chosen, choose_contact
+from fitting.diagnosis.refit import Bench
+from fitting.diagnosis.shrink import Split, part
+from fitting.diagnosis.survey import Survey, survey
+from fitting.progress import Progress
+
+BESIDE = 2
+"""With so many of the best explanations other contacts are tried, besides with the nominal model."""
+
+
+def beside_single_effects(
+    paper: Chosen, bench: Bench, seen: Survey, held: Split, workers: int, progress: Progress
+) -> tuple[Chosen, Survey]:
+    """The contact that the records ask for, and the survey on it; the paper's contact where another does not
+    explain clearly more. Where an effect suffices, another contact must do without any what that effect does.
+    """
+    problem, model, base = paper.problem, paper.model, paper.ground
+    beside = [] if seen.suffices else seen.found[:BESIDE]
+    fits = [seen.nominal, *(explanation.refit for explanation in beside)]
+    other = choose_contact(problem, model, base, bench, held.fitted, fits, seen.floor, workers, progress)
+    if other.words is None:
+        return paper, seen
+    again = survey(other.model, bench, part(other.ground.point, held.fitted), progress)
+    if seen.suffices:
+        explains = again.nominal.misfit < seen.least
+    else:
+        floor = min(seen.floor, again.floor)
+        explains = again.least - floor < other.preferred * (seen.least - floor)
+    return (other, again) if explains else (paper, seen)
+
+
+def beside_a_pair(
+    paper: Chosen, bench: Bench, found: Attribution, held: Split, workers: int, progress: Progress
+) -> tuple[Chosen, Attribution]:
+    """The contact that the records ask for beside the best pair, and what explains them on it; the paper's
+    where another does not leave clearly less."""
+    best = found.explanations[0].refit
+    other = choose_contact(
+        paper.problem, paper.model, paper.ground, bench, held.fitted, [best], found.floor, workers, progress
+    )
+    if other.words is None:
+        return paper, found
+    again = on_another_contact(paper.model, bench, found, other.model)
+    floor = min(found.floor, again.floor)
+    left = again.explanations[0].refit.misfit - floor
+    return (other, again) if left < other.preferred * (best.misfit - floor) else (paper, found)
