@@ -10,7 +10,7 @@ import numpy as np
 
 from fitting.diagnosis.contacts import NOTABLE, carried, free_under
 from fitting.diagnosis.contest import Explanation, best_of, contest
-from fitting.diagnosis.judge import Account, Judgement, judge, leaves_nothing, suffices
+from fitting.diagnosis.judge import Account, Judgement, hints, judge, leaves_nothing, suffices
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Bench, Refit, refit
 from fitting.diagnosis.release import borrowed, released
@@ -70,7 +70,7 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
     alone = leaves_nothing(*left)
     around = screen(model, bench, leader.refit, own_group=alone, shapes=[] if alone else first.shapes)
     promising = any(promise.standing > PROMISING for promise in around.promises)
-    if not alone and (promising or not suffices(*left)):
+    if not alone and hints(*left) and (promising or not suffices(*left)):
         pairs = _pairs(model, bench, found, around, first.shapes, progress)
         found = best_of([*found, *pairs, *each_alone(model, bench, found, pairs, first)])
     return _weighed(model, bench, nominal, found, first, around.inflation, floor)

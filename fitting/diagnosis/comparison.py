@@ -18,6 +18,7 @@ ALIKE = 8
 
 
 def candidates(model: Model, found: Attribution) -> tuple[Candidate, ...]:
+    """Every explanation with its parameters and what it closes of the gap, the likeliest first."""
     before = math.sqrt(found.nominal.misfit)
     out = []
     for explanation in found.explanations:

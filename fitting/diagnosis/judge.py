@@ -48,6 +48,8 @@ REST = 0.3
 SUFFICES = 0.01
 NEXT_TO_NOISE = 1.1
 """One effect suffices where it leaves less than this share of the excess, or less than this misfit;"""
+HINT = 0.1
+"""Two effects are not sought where none takes away as much as this share of the excess alone;"""
 NOTHING = 0.003
 NOISE = 1.03
 """it leaves nothing to a second one below these."""
@@ -179,6 +181,11 @@ def _levelled(
 def suffices(nominal: float, alone: float) -> bool:
     """Whether one effect leaves so little of the excess that the model needs no other contact."""
     return alone < max(NEXT_TO_NOISE, 1 + SUFFICES * (nominal - 1))
+
+
+def hints(nominal: float, alone: float) -> bool:
+    """Whether the best effect takes away enough of the excess for a second to be sought beside it."""
+    return nominal - alone > HINT * (nominal - 1)
 
 
 def leaves_nothing(nominal: float, alone: float) -> bool:

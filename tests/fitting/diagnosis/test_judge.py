@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from fitting.diagnosis.judge import (
     LEAST_INFLATION,
     Account,
+    hints,
     judge,
     leaves_nothing,
     pieces_of_evidence,
@@ -106,6 +107,12 @@ def test_what_suffices_may_still_leave_something_to_a_second_effect():
     assert suffices(4.0, 1.09) and not leaves_nothing(4.0, 1.09)
     assert leaves_nothing(4.0, 1.02) and leaves_nothing(400.0, 2.0)
     assert not suffices(4.0, 1.2) and not leaves_nothing(400.0, 3.0)
+
+
+def test_a_second_effect_is_sought_where_a_first_takes_something_away():
+    assert hints(400.0, 300.0) and hints(1.2, 1.1)
+    assert not hints(400.0, 395.0) and not hints(1.2, 1.199)
+    assert not hints(1.0, 1.0) and not hints(0.9, 0.95)
 
 
 def test_more_parameters_cost_more():
