@@ -66,7 +66,8 @@ class _Yield(NamedTuple):
 
 
 class _Rubbing(AbstractAddedForce):
-    """At the start the share is that of a mass which rings on the contact spring (`ring` [s] a radian)."""
+    """At the start the share is that of a mass which has slid and since then rings on the contact spring
+    (`ring` [s] a radian)."""
 
     inner: AbstractRig
     strength: Scalar
@@ -74,7 +75,8 @@ class _Rubbing(AbstractAddedForce):
     ring: Scalar
 
     def begin(self, motion: Motion) -> Any:
-        return _Yield(jnp.clip(self.per_metre * self.ring * motion.v, -1.0, 1.0), motion.x)
+        share = motion.slid + self.per_metre * self.ring * motion.v
+        return _Yield(jnp.clip(share, -1.0, 1.0), motion.x)
 
     def carry(self, memory: _Yield, motion: Motion, step: Scalar) -> Any:
         return _Yield(self._share(memory, motion), motion.x)

@@ -14,7 +14,9 @@ class Motion(NamedTuple):
 
     t time [s]; x, v, a displacement, velocity and acceleration of the mass [m, m/s, m/s^2]; y, y_rate,
     y_acceleration those of the base; u applied force [N]; slide displacement of the mass over the surface it
-    rubs on [m], slide_rate its rate [m/s]; direction the sense in which the contact is loaded, +1 or -1.
+    rubs on [m], slide_rate its rate [m/s]; direction the sense in which the contact is loaded, +1 or -1;
+    slid, at the beginning alone, the sense in which the mass slid last, 0 where it did not or that is not
+    known.
     """
 
     t: Scalar
@@ -28,3 +30,4 @@ class Motion(NamedTuple):
     slide: Scalar
     slide_rate: Scalar
     direction: Scalar
+    slid: Scalar = 0.0

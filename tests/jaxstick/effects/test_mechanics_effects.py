@@ -132,6 +132,19 @@ def test_a_rubbing_guide_sticks_with_the_mass() -> None:
     assert np.all(np.isfinite(run.x))
 
 
+@pytest.mark.parametrize("slid", [-1.0, 0.0, 1.0])
+def test_a_guide_that_a_sliding_mass_has_come_to_rest_on_still_pushes_back(slid: float) -> None:
+    """Until the mass goes back by the guide's deflection; nothing where it has not slid."""
+    rubbed = with_effect(SMOOTH, "guide_friction", force=1.0, deflection=2e-5)
+    state = rubbed.initial(jnp.asarray(0.0), Start(1e-3, 0.0, slid=slid))
+    motion = rubbed.motion(jnp.asarray(0.0), rubbed.drive.at(0.0), 1e-3, 0.0, 0.0)
+    still = SMOOTH.rig.force(SMOOTH.rig.initial(motion), motion)
+    assert float(rubbed.rig.force(state.rig, motion) - still) == pytest.approx(-slid)
+    back = motion._replace(x=1e-3 - 1e-5 * slid)
+    held = rubbed.rig.force(state.rig, back) - SMOOTH.rig.force(SMOOTH.rig.initial(motion), back)
+    assert float(held) == pytest.approx(-slid * 0.5)
+
+
 def test_damping_to_the_base_is_the_rig_s_own() -> None:
     built_in = replace(NOMINAL, {"rig.drive_damping": 1.3})
     attached = with_effect(NOMINAL, "base_relative_damping", damping=1.3)
