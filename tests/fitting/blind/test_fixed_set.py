@@ -16,7 +16,7 @@ from fitting.blind_run.results import Results
 from fitting.blind_score.score import judged_cases
 from fitting.progress import Silent
 
-CASES, ENOUGH = 5, 4
+CASES, ENOUGH = 4, 3
 SEED = 20261123
 
 
@@ -24,7 +24,7 @@ SEED = 20261123
 def judged(tmp_path_factory):
     """The cases with their answers and diagnoses."""
     folder, key = tmp_path_factory.mktemp("fixed"), new_key()
-    settings = Settings("development", SEED, Size(runs=4, samples=2400))
+    settings = Settings("development", SEED, Size(runs=4, samples=1600))
     sealed, results = folder / "cases", Results(folder / "results")
     make_cases(sealed, CASES, settings, key, Silent(), kinds=("none", "single"), tiers=("A",), workers=1)
     manifest = read_manifest(sealed)
