@@ -56,8 +56,9 @@ NOISE = 1.03
 UNLISTED_FLOOR = 1.1
 UNLISTED_PARAMETERS = 4
 PRIOR = {"none": 0.3, "unlisted": 0.08, "single": 0.5, "pair": 0.12}
-DOUBT = 0.004
-"""What is kept for explanations that nobody thought of: no probability is called certain."""
+DOUBT = 0.03
+"""What is kept for explanations that nobody thought of: no probability is called certain. Of 39 sealed cases
+in which one was taken for all but certain (0.996), four were wrong."""
 ENOUGH = 0.9
 NOTABLE = 0.1
 MOST_NAMED = 4
