@@ -103,12 +103,10 @@ def each_alone(
     dof = float(bench.dof().sum())
 
     def by_itself(key: str) -> Explanation:
-        fit, others = beside[key].refit, [other for other in beside[key].keys if other != key]
-        coordinates = model.without(fit.point.coordinates, others)
-        point = dataclasses.replace(fit.point, keys=model.together((key,)), coordinates=coordinates)
-        free = fit.free[~np.isin(fit.free, np.concatenate([model.of(other) for other in others]))]
+        others = [other for other in beside[key].keys if other != key]
+        bare = beside[key].refit.stripped(model, others, [key])
         reached = alone.get(key, math.inf) * dof
-        (again,) = refit(model, bench, [point], [free], hopeless=1.0, reached=reached)
+        (again,) = refit(model, bench, [bare.point], [bare.free], hopeless=1.0, reached=reached)
         return Explanation((key,), promises[key], again)
 
     hidden = [key for key in beside if beside[key].refit.misfit < STRONG * alone.get(key, math.inf)]

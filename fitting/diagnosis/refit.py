@@ -90,6 +90,18 @@ class Refit:
     weights: np.ndarray
     iterations: int
 
+    def price(self, bench: Bench) -> float:
+        """By what factor the misfit is larger for the freedom of friction to wander."""
+        return self.misfit / misfit_of(self.cost, bench.dof())
+
+    def stripped(self, model: Model, keys: Sequence[str], stays: Sequence[str]) -> Refit:
+        """Where a refit without some of its effects begins, those that stay being these: the others at null
+        and not free. Costs and misfit are still those with them."""
+        coordinates = model.without(self.point.coordinates, keys)
+        point = dataclasses.replace(self.point, keys=model.together(stays), coordinates=coordinates)
+        gone = np.concatenate([model.of(key) for key in keys])
+        return dataclasses.replace(self, point=point, free=self.free[~np.isin(self.free, gone)])
+
 
 def refit(
     model: Model,

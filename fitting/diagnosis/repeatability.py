@@ -33,8 +33,7 @@ def wanders(fit: Refit) -> bool:
 def floor_of(model: Model, bench: Bench, fits: Sequence[Refit]) -> float:
     """The least misfit that any model can have here, 1 at least: `unrepeated` with what the wandering of
     friction costs in likelihood, as every misfit has it."""
-    dof = bench.dof()
-    return _least(model, bench, fits, [fit.misfit / misfit_of(fit.cost, dof) for fit in fits])
+    return _least(model, bench, fits, [fit.price(bench) for fit in fits])
 
 
 def unrepeated(model: Model, bench: Bench, fits: Sequence[Refit]) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from fitting.diagnosis.contest import FROM_NEARBY, Explanation, best_of, contest
 from fitting.diagnosis.judge import suffices
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Bench, Point, Refit, misfit_of, refit
+from fitting.diagnosis.refit import Bench, Point, Refit, refit
 from fitting.diagnosis.release import borrowed, released
 from fitting.diagnosis.repeatability import floor_of
 from fitting.diagnosis.screen import Promise, Screen, Shapes, screen
@@ -93,18 +93,16 @@ def second_look(
     """
     best = found[0]
     known = {frozenset(e.keys) for e in found if e.refit.misfit < ALIKE * best.refit.misfit}
-    point, own, stays = best.refit.point, model.of(key), {*best.keys} - {key}
+    stays = {*best.keys} - {key}
     new = [other for other in model.shelf.effects if frozenset({*stays, other}) not in known]
     traces = {*model.shelf.effects[key].traces}
     mates = [other for other in new if traces & {*model.shelf.effects[other].traces}]
     if not mates and not others:
         return []
-    at = dataclasses.replace(best.refit, free=best.refit.free[~np.isin(best.refit.free, own)])
+    bare = best.refit.stripped(model, [key], tuple(stays))
+    at = dataclasses.replace(best.refit, free=bare.free)
     seen = [p for p in screen(model, bench, at, shapes=shapes, instead_of=key).promises if p.key in new]
     promises = sorted(seen, key=lambda promise: promise.key not in mates)[: len(mates) + others]
-    coordinates = model.without(point.coordinates, [key])
-    keys = model.together(tuple(stays)) if stays else ()
-    bare = dataclasses.replace(at, point=dataclasses.replace(point, keys=keys, coordinates=coordinates))
     tried = contest(model, bench, bare, promises, OVERLOOKED, progress, FROM_NEARBY)
 
     def looked_after(e: Explanation) -> Explanation:
@@ -121,8 +119,7 @@ def freed(
     dof = bench.dof()
 
     def typical(e: Explanation) -> float:
-        price = e.refit.misfit / misfit_of(e.refit.cost, dof)
-        return price * float(np.median(e.refit.cost / dof))
+        return e.refit.price(bench) * float(np.median(e.refit.cost / dof))
 
     def misfit(e: Explanation) -> float:
         return e.refit.misfit

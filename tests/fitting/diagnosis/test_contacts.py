@@ -64,16 +64,23 @@ def looked_at(contact: AbstractContact | None, effect: AbstractEffect | None = N
     return Looked(model, base, fits, chosen)
 
 
-def test_a_bristle_is_told_and_leaves_nothing_but_noise():
-    _, base, (nominal,), chosen = looked_at(LuGreContact(TRUTH["k1"]))
+@pytest.mark.parametrize(
+    ("contact", "word"),
+    [(LuGreContact(TRUTH["k1"]), "LuGre"), (ElastoPlasticContact(TRUTH["k1"], 0.5), "elasto-plastic")],
+    ids=["lugre", "elasto-plastic"],
+)
+def test_a_bristle_is_told_and_leaves_nothing_but_noise(contact, word):
+    _, base, (nominal,), chosen = looked_at(contact)
     assert nominal.misfit > 2
-    assert chosen.words is not None and "LuGre" in chosen.words
+    assert chosen.words is not None and word in chosen.words
     assert chosen.ratio < 0.6
     (again,) = refit(chosen.model, base.bench, [chosen.ground.point], [chosen.model.nuisances()])
     again = released(chosen.model, base.bench, again)
     assert again.misfit < 1.3
     found = chosen.model.values(again.point.coordinates, chosen.model.common)
     assert found["k1"] == pytest.approx(TRUTH["k1"], rel=0.03)
+    if word == "elasto-plastic":
+        assert found["contact.breakaway"] == pytest.approx(0.5, abs=0.05)
 
 
 def test_a_strong_effect_does_not_hide_the_contact():
