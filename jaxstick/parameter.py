@@ -20,7 +20,8 @@ class Parameter:
     `typical` is the size to be expected where it does, as a multiple of what its unit amounts to on the rig
     at hand: N the level of friction, m the stroke, s the natural period, their products and powers likewise.
     `tries` are values that it is likely to have on any rig, the mains' frequencies for one. `span`: a search
-    goes from the typical size over `span` to `span` times it.
+    goes from the typical size over `span` to `span` times it. `by_run`: whether every run of a data set has
+    one of its own.
     """
 
     unit: str
@@ -31,6 +32,7 @@ class Parameter:
     typical: float | None = None
     tries: tuple[float, ...] = ()
     span: float = 50.0
+    by_run: bool = False
 
 
 @dataclasses.dataclass(frozen=True)
@@ -57,12 +59,12 @@ def parameter(
     typical: float | None = None,
     tries: tuple[float, ...] = (),
     span: float = 50.0,
+    by_run: bool = False,
     **field: Any,
 ) -> Any:
     """A field of an `equinox.Module` that holds a physical parameter (a float or an array of lanes)."""
-    return eqx.field(
-        metadata={_KEY: Parameter(unit, meaning, lower, upper, null, typical, tries, span)}, **field
-    )
+    kind = Parameter(unit, meaning, lower, upper, null, typical, tries, span, by_run)
+    return eqx.field(metadata={_KEY: kind}, **field)
 
 
 def parameters(module: eqx.Module) -> Iterator[Place]:

@@ -8,11 +8,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import NOTABLE, carried, free_under
 from fitting.diagnosis.contest import Explanation, best_of, contest
 from fitting.diagnosis.judge import Account, Judgement, hints, judge, leaves_nothing, suffices
+from fitting.diagnosis.layout import owners
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Bench, Refit, refit
+from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import borrowed, released
 from fitting.diagnosis.repeatability import floor_of, wanders
 from fitting.diagnosis.screen import Screen, Shapes, screen
@@ -126,10 +128,7 @@ def _weighed(
 ) -> Attribution:
     found = sorted(found, key=lambda explanation: explanation.refit.misfit)
     floor = min(floor, floor_of(model, bench, [found[0].refit]))
-    accounts = [
-        Account(e.keys, e.refit.misfit / floor, sum(len(model.shelf.names(key)) for key in e.keys))
-        for e in found
-    ]
+    accounts = [Account(e.keys, e.refit.misfit / floor, _parameters(model, bench, e.keys)) for e in found]
     judgement = judge(
         nominal.misfit / floor,
         accounts,
@@ -139,6 +138,11 @@ def _weighed(
         aliases(model, first),
     )
     return Attribution(nominal, tuple(found), first, judgement, inflation, floor)
+
+
+def _parameters(model: Model, bench: Bench, keys: Sequence[str]) -> int:
+    """How many numbers effects have, those that every run has of its own counted for each."""
+    return sum(len(owners(model, bench, key)) + len(model.shelf.shapes[key]) for key in keys)
 
 
 def _pairs(

@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from fitting.diagnosis.attribute import Attribution
+from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.detection import detection_limit
 from fitting.diagnosis.findings import Candidate, Likeness, Parameter
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Bench
 from fitting.diagnosis.shrink import share_closed
 
 ALIKE = 8

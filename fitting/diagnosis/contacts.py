@@ -13,9 +13,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Bench, Point, Refit, refit, within_columns
+from fitting.diagnosis.refit import Refit, refit, within_columns
 from fitting.diagnosis.release import released
 from fitting.problem import Problem
 from fitting.progress import Progress
@@ -118,9 +119,8 @@ def choose_contact(
             return None
         own = ground.point.own.copy()
         own[lanes] = one.point.own
-        alone = its.without(one.point.coordinates, its.shelf.effects)
-        widths = ground.point.widths
-        point = dataclasses.replace(one.point, keys=(), coordinates=alone, own=own, widths=widths)
+        alone, widths = one.point.without(its, its.shelf.effects), ground.point.widths
+        point = dataclasses.replace(alone, keys=(), own=own, widths=widths)
         moved = dataclasses.replace(ground, point=point)
         return _typical(one), Chosen(other, its, moved, rival.words, ratio, rival.preferred)
 

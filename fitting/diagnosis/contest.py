@@ -9,8 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.layout import Layout, owners
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import ITERATIONS, Bench, Point, Refit, refit, within_columns
+from fitting.diagnosis.refit import ITERATIONS, Refit, refit, within_columns
 from fitting.diagnosis.release import all_settled, settled
 from fitting.diagnosis.screen import Promise
 from fitting.diagnosis.wander import LEAST
@@ -72,7 +74,7 @@ def contest(
         if promise.second is not None:
             begins.append((promise.second, 1.0))
         for begin, share in begins:
-            begun = _begin(model, base, begin, share, keys, approach.far)
+            begun = _begin(model, bench, base, begin, share, keys, approach.far)
             points.append(dataclasses.replace(begun, own=begun.own[few]))
             frees.append(free)
             owners.append(promise)
@@ -130,17 +132,27 @@ def _everywhere(model: Model, bench: Bench, base: Refit, few: np.ndarray, point:
 
 
 def _begin(
-    model: Model, base: Refit, promise: Promise, share: float, keys: tuple[str, ...], far: float
+    model: Model,
+    bench: Bench,
+    base: Refit,
+    promise: Promise,
+    share: float,
+    keys: tuple[str, ...],
+    far: float,
 ) -> Point:
-    """Where a refit begins: at a share of the expected change, the free unknowns and levels moved to make
-    room for it."""
-    coordinates, n = base.point.coordinates.copy(), len(base.free)
+    """Where a refit begins: at a share of the expected change, the free unknowns and what runs have of their
+    own moved to make room for it."""
     share *= min(1.0, far / max(float(np.max(np.abs(share * promise.change))), 1e-300))
     moved = promise.around + share * promise.room
-    coordinates[base.free] += moved[:n]
-    coordinates[model.index(*model.shelf.strengths[promise.key])] = share * promise.change
+    layout = Layout.of(model, bench, base.free)
+    point = layout.moved(model, base.point, layout.values(base.point) + moved)
+    coordinates, by_run = point.coordinates, point.by_run
+    for (number, run), change in zip(owners(model, bench, promise.key), promise.change, strict=True):
+        coordinates[number] = share * change
+        if run is not None:
+            by_run[run, model.by_run == number] = share * change
     if len(promise.shape):
         coordinates[model.index(*model.shelf.shapes[promise.key])] = promise.shape
     coordinates = np.clip(coordinates, model.lower, model.upper)
-    levels = np.clip(base.point.levels + moved[n:], model.lower[-1], model.upper[-1])
-    return dataclasses.replace(base.point, keys=keys, coordinates=coordinates, levels=levels)
+    by_run = np.clip(by_run, model.lower[model.by_run], model.upper[model.by_run])
+    return dataclasses.replace(point, keys=keys, coordinates=coordinates, by_run=by_run)

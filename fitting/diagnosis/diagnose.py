@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from fitting.account import joined
 from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution, attribute
+from fitting.diagnosis.bench import Point
 from fitting.diagnosis.comparison import candidates, likeness
 from fitting.diagnosis.contacts import Chosen, concerns_contact
 from fitting.diagnosis.contest import Explanation
@@ -20,7 +21,7 @@ from fitting.diagnosis.judge import refuted
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.other_contact import beside_a_pair, beside_single_effects
-from fitting.diagnosis.refit import Point, Refit, refit
+from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import (

@@ -9,10 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.confidence import deviations
 from fitting.diagnosis.findings import Parameter
 from fitting.diagnosis.model import RIG_TOLERANCE, Model
-from fitting.diagnosis.refit import Bench, Refit
+from fitting.diagnosis.refit import Refit
 from fitting.result import Constant
 from fitting.unknowns import RIG
 from jaxstick.record import CONSTANTS, DataSet

@@ -8,9 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.laying import cut_in_step, divided, lay, length
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import ITERATIONS, Bench, Point, Refit, job, misfit_of, refit
+from fitting.diagnosis.refit import ITERATIONS, Refit, job, misfit_of, refit
 from fitting.diagnosis.release import all_settled, settled
 from fitting.diagnosis.wander import LEAST, OWN, START
 from fitting.problem import Problem, beginnings
@@ -73,7 +74,7 @@ def resolved(model: Model, bench: Bench, point: Point) -> Bench:
     """The bench with no more integration steps than residuals can tell: half or a quarter as many where, in
     nearly all lanes, that changes residuals by less than `TOLERANCE` standard deviations of the noise."""
     finest, *others = (
-        (one, model.columns([job(one, point)])[0].residual[:, :-OWN])
+        (one, model.columns([job(model, one, point)])[0].residual[:, :-OWN])
         for one in (bench, bench.coarser(), bench.coarser().coarser())
     )
     counted = np.maximum(bench.lanes.counted(), 1)
@@ -155,7 +156,7 @@ def _fitted(
         coordinates = model.origin({})
         coordinates[constants] = values
         own, widths = np.asarray(bench.lanes.start), np.full(OWN - START, LEAST)
-        points.append(Point((), coordinates, np.zeros(bench.runs), own, widths))
+        points.append(Point((), coordinates, model.alike(bench.runs), own, widths))
     if settle:
         points = all_settled(model, bench, points)
     return refit(

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.ndimage import median_filter
 
-from fitting.diagnosis.refit import Bench
+from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.wander import with_room
 from fitting.lanes import Lanes
 from fitting.problem import Problem

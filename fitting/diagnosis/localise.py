@@ -11,9 +11,10 @@ import numpy as np
 
 from fitting.account import joined
 from fitting.diagnosis.attribute import Attribution
+from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.findings import ResidualForce, Where
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Bench, Point, Refit
+from fitting.diagnosis.refit import Refit
 from fitting.problem import Problem
 from fitting.segments import Segment
 from fitting.signals import balance
@@ -47,7 +48,7 @@ class Seen:
 def see(model: Model, bench: Bench, point: Point) -> Seen:
     """What a hypothesis leaves of every lane."""
     lanes = bench.lanes
-    x, f, v, force = model.predict(point.keys, lanes, point.each(bench), point.own)
+    x, f, v, force = model.predict(point.keys, lanes, point.each(model, bench), point.own)
     weight = np.asarray(lanes.displacement_weight), np.asarray(lanes.friction_weight)
     columns = (
         weight[0] * (x - np.asarray(lanes.displacement)),

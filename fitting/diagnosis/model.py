@@ -96,7 +96,8 @@ class Model:
     A coordinate of an effect's strength is the strength over its typical size; that of a shape its logarithm.
     `constants` are those of friction; `common` what is free under every hypothesis: these, the rig within its
     tolerance, and what gives the contact its shape. The last coordinate is the logarithm of the level of
-    friction in a run: it multiplies A, C and D of the lanes of that run.
+    friction in a run: it multiplies A, C and D of the lanes of that run. `by_run` are the numbers of what
+    every run has of its own: the level, and strengths that an effect has anew in every run.
     """
 
     def __init__(self, problem: Problem, workers: int) -> None:
@@ -106,6 +107,7 @@ class Model:
         effects = effects_at_null(tuple(shelf))
         strengths, shapes, members = {}, {}, list(problem.unknowns.members)
         self.tries: dict[str, tuple[float, ...]] = {}
+        by_run: list[str] = []
         self.constants = tuple(unknown.name for unknown in members)
         members += [*_rig_unknowns(problem), *_contact_unknowns(problem)]
         self.common = tuple(unknown.name for unknown in members)
@@ -118,11 +120,13 @@ class Model:
                 name for name, kind in kinds.items() if kind.null is None and (kind.typical or kind.tries)
             )
             self.tries.update({name: kind.tries for name, kind in kinds.items() if kind.tries})
+            by_run += [name for name in strengths[key] if kinds[name].by_run]
             members += own
         self.shelf = Shelf(shelf, strengths, shapes)
         self.members = tuple(members)
         self.names = tuple(unknown.name for unknown in members)
         self.level = len(members)
+        self.by_run = np.array([self.level, *self.index(*by_run)])
         self.lower = np.array([*(_bound(u, u.lower) for u in members), -1.0])
         self.upper = np.array([*(_bound(u, u.upper) for u in members), 1.0])
         self.workers = workers
@@ -154,6 +158,14 @@ class Model:
         """The places of unknowns among the coordinates."""
         return np.array([self.names.index(name) for name in names], int)
 
+    def alike(self, runs: int) -> np.ndarray:
+        """What so many runs have of their own where none differs from another and no effect acts."""
+        return np.zeros((runs, len(self.by_run)))
+
+    def slots(self, numbers: np.ndarray) -> np.ndarray:
+        """The places of unknowns among what every run has of its own."""
+        return np.array([self.by_run.tolist().index(number) for number in numbers.tolist()], int)
+
     def nuisances(self) -> np.ndarray:
         """The places of what is free under every hypothesis."""
         return self.index(*self.common)
@@ -177,19 +189,13 @@ class Model:
                 point[i] = unknown.to_coordinate(np.clip(value, unknown.lower, unknown.upper))
         return np.clip(point, self.lower, self.upper)
 
-    def without(self, coordinates: np.ndarray, keys: Iterable[str]) -> np.ndarray:
-        """These coordinates with some effects at null and in their typical shape."""
-        own = self.index(*(name for key in keys for name in self.shelf.names(key)))
-        out = coordinates.copy()
-        out[own] = self.origin({})[own]
-        return out
-
-    def prior(self, coordinates: np.ndarray, index: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        """Twice the negative log prior of the unknowns at `index`, half its gradient, half its curvature."""
-        members = [self.members[i] for i in index]
+    def prior(self, values: np.ndarray, numbers: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """Twice the negative log prior of unknowns, given by their numbers, at these coordinates of theirs;
+        half its gradient, half its curvature."""
+        members = [self.members[i] for i in numbers]
         centre = np.array([0.0 if u.centre is None else float(u.to_coordinate(u.centre)) for u in members])
         deviation = np.array([math.inf if u.deviation is None else _in_coordinates(u) for u in members])
-        miss = (coordinates[index] - centre) / deviation
+        miss = (values - centre) / deviation
         return float(miss @ miss), miss / deviation, deviation**-2.0
 
     def values(self, coordinates: np.ndarray, names: Sequence[str]) -> dict[str, float]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from fitting.diagnosis.attribute import Attribution, on_another_contact
+from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import Chosen, choose_contact
-from fitting.diagnosis.refit import Bench
 from fitting.diagnosis.shrink import Split, part
 from fitting.diagnosis.survey import Survey, survey
 from fitting.progress import Progress

@@ -6,14 +6,14 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
-from fitting.diagnosis.model import LEVEL_TOLERANCE, Columns, Job, Model
+from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.layout import Layout, Prior
+from fitting.diagnosis.model import Columns, Job, Model
 from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.wander import OWN, START, allowed, likeliest
-from fitting.lanes import Lanes
 from fitting.newton import Robust, bounded_step
 
 ITERATIONS = 30
@@ -21,57 +21,8 @@ ENOUGH = 2e-4
 STUCK = 1e7
 PATIENCE = 8.0
 LEAST_TURNS = 4
-GAUGE = 1e-4
 BROKEN = 1e30
 """What a lane costs whose motion is no number, as with parameters that no rig has."""
-
-
-@dataclasses.dataclass(frozen=True)
-class Bench:
-    """The lanes that hypotheses are judged on, which run each belongs to (0 .. runs - 1), and how many runs
-    the data set has, of which some may have no lane here.
-
-    phase: a number for every lane, the same for lanes that begin at the same phase of the excitation in
-    cycles of the same run, -1 where no other does; wanders: whether friction may differ from lane to lane.
-    """
-
-    lanes: Lanes
-    run: np.ndarray
-    runs: int
-    phase: np.ndarray
-    wanders: bool
-
-    def dof(self) -> np.ndarray:
-        """Residuals of every lane that count, less the three of its start."""
-        return self.lanes.counted() - 3
-
-    def take(self, index: np.ndarray) -> Bench:
-        """The bench with some of the lanes; runs keep their numbers."""
-        return Bench(self.lanes.take(index), self.run[index], self.runs, self.phase[index], self.wanders)
-
-    def coarser(self) -> Bench:
-        """The bench with half as many integration steps a sample."""
-        steps = max(1, math.ceil(self.lanes.substeps / 2))
-        return dataclasses.replace(self, lanes=dataclasses.replace(self.lanes, substeps=steps))
-
-
-@dataclasses.dataclass(frozen=True)
-class Point:
-    """A hypothesis at work: the effects attached, coordinates of all unknowns but the level, level of every
-    run, what every lane has of its own (lanes, 5: start, level and slope of friction), and the standard
-    deviations of those levels and slopes."""
-
-    keys: tuple[str, ...]
-    coordinates: np.ndarray
-    levels: np.ndarray
-    own: np.ndarray
-    widths: np.ndarray
-
-    def each(self, bench: Bench) -> np.ndarray:
-        """Coordinates of every lane, its run's level the last."""
-        each = np.tile(self.coordinates, (len(bench.lanes), 1))
-        each[:, -1] = self.levels[bench.run]
-        return each
 
 
 @dataclasses.dataclass(frozen=True)
@@ -97,8 +48,7 @@ class Refit:
     def stripped(self, model: Model, keys: Sequence[str], stays: Sequence[str]) -> Refit:
         """Where a refit without some of its effects begins, those that stay being these: the others at null
         and not free. Costs and misfit are still those with them."""
-        coordinates = model.without(self.point.coordinates, keys)
-        point = dataclasses.replace(self.point, keys=model.together(stays), coordinates=coordinates)
+        point = dataclasses.replace(self.point.without(model, keys), keys=model.together(stays))
         gone = np.concatenate([model.of(key) for key in keys])
         return dataclasses.replace(self, point=point, free=self.free[~np.isin(self.free, gone)])
 
@@ -187,11 +137,11 @@ def within_columns(*unknowns: np.ndarray) -> np.ndarray:
     return np.concatenate(unknowns)[: COLUMNS - 1]
 
 
-def job(bench: Bench, point: Point, chosen: np.ndarray | None = None) -> Job:
+def job(model: Model, bench: Bench, point: Point, chosen: np.ndarray | None = None) -> Job:
     """The linearisation of a bench at a point, by what each lane has of its own and the chosen unknowns."""
     if chosen is None:
         chosen = np.full((len(bench.lanes), COLUMNS), -1)
-    return Job(point.keys, allowed(bench.lanes, point.widths), point.each(bench), point.own, chosen)
+    return Job(point.keys, allowed(bench.lanes, point.widths), point.each(model, bench), point.own, chosen)
 
 
 def _evaluate(
@@ -209,7 +159,7 @@ def _evaluate(
                 bench.lanes.take(np.tile(np.arange(count), len(numbers))),
                 np.repeat([points[n].widths for n in numbers], count, axis=0),
             ),
-            np.concatenate([points[n].each(bench) for n in numbers]),
+            np.concatenate([points[n].each(model, bench) for n in numbers]),
             np.concatenate([points[n].own for n in numbers]),
             np.concatenate([searches[n].chosen for n in numbers]),
         )
@@ -231,8 +181,8 @@ class _Search:
         self.dof = bench.dof()
         self.damping, self.cost, self.over, self.taken = 1e-3, np.inf, False, 0
         self.gain = np.inf
-        self.lower = np.concatenate([model.lower[free], np.full(bench.runs, model.lower[-1])])
-        self.upper = np.concatenate([model.upper[free], np.full(bench.runs, model.upper[-1])])
+        self.layout = Layout.of(model, bench, free)
+        self.lower, self.upper = self.layout.bounds(model)
 
     def see(self, point: Point, columns: Columns, first: bool) -> None:
         """Takes the point if its cost is lower."""
@@ -279,40 +229,36 @@ class _Search:
         return True
 
     def _prior(self, point: Point) -> Prior:
-        return prior_of(self.model, self.bench, point, self.free)
+        return self.layout.prior(self.model, point)
 
     def step(self) -> Point:
         """Where the next damped step leads; what lanes have of their own is eliminated lane by lane."""
-        n, runs = len(self.free), self.bench.runs
         own = self.curvature[:, COLUMNS:, COLUMNS:]
         own = own * (1 + self.damping * np.eye(OWN))
-        used = 1 + n
+        used = 1 + len(self.free)
         coupling = self.curvature[:, COLUMNS:, :used]
         solved = np.linalg.solve(own, np.concatenate([self.gradient[:, COLUMNS:, None], coupling], axis=2))
         gradient = self.gradient[:, :used] - np.einsum("lsc,ls->lc", coupling, solved[:, :, 0])
         curvature = self.curvature[:, :used, :used] - np.einsum("lsc,lsd->lcd", coupling, solved[:, :, 1:])
         weights = self.loss.weights(self.lane_cost)
-        g, h = summed(gradient * weights[:, None], curvature * weights[:, None, None], self.bench)
+        run = self.bench.run
+        g, h = self.layout.summed(run, gradient * weights[:, None], curvature * weights[:, None, None])
         _, prior_gradient, prior = self._prior(self.point)
-        at = np.concatenate([self.point.coordinates[self.free], self.point.levels])
+        at = self.layout.values(self.point)
         step, _ = bounded_step(
             at,
             g + prior_gradient,
             h + prior,
             self.damping,
-            np.zeros(n + runs, bool),
+            np.zeros(len(at), bool),
             self.lower,
             self.upper,
         )
         reached = np.clip(at + step, self.lower, self.upper)
         step = reached - at
-        coordinates = self.point.coordinates.copy()
-        coordinates[self.free] = reached[:n]
-        mine = np.concatenate(
-            [step[n:][self.bench.run][:, None], np.tile(step[:n], (len(self.bench.run), 1))], axis=1
-        )
+        mine = step[self.layout.index[run]]
         own = self.point.own - solved[:, :, 0] - np.einsum("lsc,lc->ls", solved[:, :, 1:], mine)
-        return Point(self.point.keys, coordinates, reached[n:], own, self.point.widths)
+        return dataclasses.replace(self.layout.moved(self.model, self.point, reached), own=own)
 
     def result(self) -> Refit:
         return Refit(
@@ -323,38 +269,3 @@ class _Search:
             self.loss.weights(self.lane_cost),
             self.taken,
         )
-
-
-class Prior(NamedTuple):
-    """Twice the negative log prior, half its gradient, half its curvature."""
-
-    cost: float
-    gradient: np.ndarray
-    curvature: np.ndarray
-
-
-def prior_of(model: Model, bench: Bench, point: Point, free: np.ndarray) -> Prior:
-    """The prior of the free unknowns and of every run's level. The mean level of the runs that have lanes is
-    held at zero: the constants are those of the typical run."""
-    n, runs = len(free), bench.runs
-    cost, gradient, diagonal = model.prior(point.coordinates, free)
-    curvature = np.zeros((n + runs, n + runs))
-    curvature[:n, :n] = np.diag(diagonal)
-    present = np.isin(np.arange(runs), bench.run) / len(np.unique(bench.run))
-    curvature[n:, n:] = np.eye(runs) / LEVEL_TOLERANCE**2 + np.outer(present, present) / GAUGE**2
-    pull = curvature[n:, n:] @ point.levels
-    return Prior(cost + float(point.levels @ pull), np.concatenate([gradient, pull]), curvature)
-
-
-def summed(gradient: np.ndarray, curvature: np.ndarray, bench: Bench) -> tuple[np.ndarray, np.ndarray]:
-    """Gradient (or several side by side) and curvature of the free unknowns and of every run's level, from
-    those of lanes whose first column is the level."""
-    n, runs = gradient.shape[1] - 1, bench.runs
-    g, h = np.zeros((n + runs, *gradient.shape[2:])), np.zeros((n + runs, n + runs))
-    g[:n], h[:n, :n] = gradient[:, 1:].sum(0), curvature[:, 1:, 1:].sum(0)
-    np.add.at(g[n:], bench.run, gradient[:, 0])
-    np.add.at(h, (n + bench.run, n + bench.run), curvature[:, 0, 0])
-    across = np.zeros((runs, n))
-    np.add.at(across, bench.run, curvature[:, 0, 1:])
-    h[n:, :n], h[:n, n:] = across, across.T
-    return g, h

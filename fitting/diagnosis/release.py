@@ -8,9 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import Bench, Point, Refit, job, normal, refit, whole_cost
+from fitting.diagnosis.refit import Refit, job, normal, refit, whole_cost
 from fitting.diagnosis.wander import FAR_OFF, OWN, START
 
 SWEEPS = 4
@@ -106,7 +107,7 @@ def handed_on(model: Model, bench: Bench, point: Point, lost: np.ndarray) -> tup
     samples = lanes.displacement.shape[1]
     within = (place > 0) & (place < samples) & (bench.run[before] == bench.run[lost])
     part, own = bench.take(before), point.own[before]
-    (columns,) = model.columns([job(part, dataclasses.replace(point, own=own))])
+    (columns,) = model.columns([job(model, part, dataclasses.replace(point, own=own))])
     state = columns.states[np.arange(len(lost)), np.where(within, place, 0)]
     level = own[:, START] + own[:, START + 1]
     return np.column_stack([state, level, np.zeros(len(lost))]), within
@@ -123,9 +124,11 @@ def borrowed(model: Model, bench: Bench, fit: Refit, other: Refit, near: float =
     common = model.index(*model.common)
     coordinates = fit.point.coordinates.copy()
     coordinates[common] = other.point.coordinates[common]
+    by_run = fit.point.by_run.copy()
+    by_run[:, 0] = other.point.by_run[:, 0]
     points = [
         dataclasses.replace(fit.point, own=own),
-        dataclasses.replace(other.point, keys=fit.point.keys, coordinates=coordinates),
+        dataclasses.replace(other.point, keys=fit.point.keys, coordinates=coordinates, by_run=by_run),
     ]
     reached = fit.misfit * float(bench.dof().sum())
     again = refit(model, bench, points, [fit.free, fit.free], hopeless=1.0, reached=reached)
@@ -161,6 +164,6 @@ def all_settled(model: Model, bench: Bench, points: Sequence[Point]) -> list[Poi
 
 
 def _own_terms(model: Model, bench: Bench, point: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    (columns,) = model.columns([job(bench, point)])
+    (columns,) = model.columns([job(model, bench, point)])
     gradient, curvature = normal(columns)
     return gradient[:, COLUMNS:], curvature[:, COLUMNS:, COLUMNS:], whole_cost(columns)

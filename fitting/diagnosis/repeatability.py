@@ -13,8 +13,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Bench, Refit, job, misfit_of
+from fitting.diagnosis.refit import Refit, job, misfit_of
 from fitting.diagnosis.wander import OWN
 
 FEWEST = 6
@@ -53,7 +54,7 @@ def _least(model: Model, bench: Bench, fits: Sequence[Refit], prices: Sequence[f
         return 1.0
     dof = bench.dof()
     changing, typical = [], []
-    seen = model.columns([job(bench, fit.point) for fit in fits])
+    seen = model.columns([job(model, bench, fit.point) for fit in fits])
     for fit, columns, price in zip(fits, seen, prices, strict=True):
         changing.append(price * _pure_error(bench, columns.residual[:, :-OWN], first, second))
         typical.append(price * float(np.median(fit.cost / dof)))

@@ -14,9 +14,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.stats import qmc
 
+from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.layout import Layout, owners
 from fitting.diagnosis.model import Job, Model
 from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import Bench, Projection, Refit, chosen_columns, job, prior_of, summed
+from fitting.diagnosis.refit import Projection, Refit, chosen_columns, job
 from fitting.diagnosis.wander import allowed
 
 SHAPES = 31
@@ -37,9 +39,10 @@ class Promise:
     """What an effect promises with its shape as given (logarithms, empty for a typical one).
 
     second: the next best promise, with another shape, where there is one; score: fall of chi-square; change:
-    expected strengths, as shares of typical sizes; inflation: variance of the score by clusters of lanes over
-    that of white residuals; information: curvature of every strength; around, room: by how much the free
-    unknowns and the levels of the runs are to move without the effect, and further to make room for it.
+    expected strengths, as shares of typical sizes, one that every run has of its own run by run; inflation:
+    variance of the score by clusters of lanes over that of white residuals; information: curvature of every
+    strength, of all runs together; around, room: by how much the unknowns, in the order of their `Layout`,
+    are to move without the effect, and further to make room for it.
     """
 
     key: str
@@ -104,7 +107,7 @@ def screen(
     groups = [tuple(key for key in group if key not in present) for group in among]
     groups = [group for group in groups if group]
     keys = [key for group in groups for key in group]
-    places = _places([len(model.shelf.strengths[key]) for key in keys])
+    places = _places(model, bench, keys)
     given = _promising_shapes(model, bench, at, groups) if shapes is None else shapes
     others = [
         {key: shape for key, shape in tried.items() if key in keys and key != instead_of} for tried in given
@@ -112,7 +115,7 @@ def screen(
     points = [_with_shapes(model, at.point.coordinates, tried) for tried in ({}, *others)]
     common, templates = _templates(model, bench, at, groups, points)
     if instead_of is not None:
-        strengths = at.point.coordinates[model.index(*model.shelf.strengths[instead_of])]
+        strengths = _strengths(model, bench, at.point, instead_of)
         common[:, :, -1] -= templates[0][:, :, places[keys.index(instead_of)]] @ strengths
     tables = [_Table(model, bench, at, common, part) for part in templates]
     usual = [tables[0].promise(key, place, np.zeros(0)) for key, place in zip(keys, places, strict=True)]
@@ -127,9 +130,16 @@ def screen(
     return Screen(tuple(found), tuple(keys), tuple(usual), tables[0].cosines(places), others)
 
 
-def _places(counts: Sequence[int]) -> list[np.ndarray]:
+def _places(model: Model, bench: Bench, keys: Sequence[str]) -> list[np.ndarray]:
+    counts = [len(owners(model, bench, key)) for key in keys]
     ends = np.cumsum(counts)
     return [np.arange(end - count, end) for end, count in zip(ends, counts, strict=True)]
+
+
+def _strengths(model: Model, bench: Bench, point: Point, key: str) -> np.ndarray:
+    """The strengths of an effect as they stand, in the order of their owners."""
+    each, lane = point.each(model, bench), {run: lane for lane, run in enumerate(bench.run.tolist())}
+    return np.array([each[lane.get(run, 0), number] for number, run in owners(model, bench, key)])
 
 
 def _with_shapes(model: Model, coordinates: np.ndarray, shapes: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -152,7 +162,7 @@ def _promising_shapes(model: Model, bench: Bench, at: Refit, groups: Sequence[tu
     point = dataclasses.replace(at.point, own=at.point.own[few])
     thin = dataclasses.replace(at, point=point, weights=at.weights[few])
     keys = [key for group in shaped for key in group]
-    places = _places([len(model.shelf.strengths[key]) for key in keys])
+    places = _places(model, part, keys)
     draws = np.vstack([[0.5, 0.5], qmc.Halton(2, scramble=False).random(SHAPES + 1)[1:]])
     shifts = REACH * (2 * draws - 1)
     tried = [
@@ -192,19 +202,19 @@ def _templates(
     columns of all strengths, all weighted and with the lane's own projected out."""
     count, lanes = len(bench.lanes), allowed(bench.lanes, at.point.widths)
     every = np.tile(np.arange(count), len(points))
-    jobs = [job(bench, at.point, chosen_columns(at.free, model.level, count))]
-    widths = []
+    jobs = [job(model, bench, at.point, chosen_columns(at.free, model.level, count))]
+    asked: list[np.ndarray] = []
     for group in groups:
         wanted = np.concatenate([model.index(*model.shelf.strengths[key]) for key in group])
         for first in range(0, len(wanted), COLUMNS):
             few = wanted[first : first + COLUMNS]
             chosen = np.pad(few, (0, COLUMNS - len(few)), constant_values=-1)
             each = np.repeat(points, count, axis=0)
-            each[:, -1] = np.tile(at.point.levels[bench.run], len(points))
+            each[:, model.by_run] = at.point.by_run[np.tile(bench.run, len(points))]
             attached = model.together(at.point.keys, *group)
             own, chosen = at.point.own[every], np.tile(chosen, (len(every), 1))
             jobs.append(Job(attached, lanes.take(every), each, own, chosen))
-            widths.append(len(few))
+            asked.append(few)
     base, *others = model.columns(jobs)
     project = Projection(base)
     root = np.sqrt(at.weights)[:, None, None]
@@ -213,9 +223,22 @@ def _templates(
     templates = []
     for number in range(len(points)):
         own = slice(number * count, (number + 1) * count)
-        columns = [other.jacobian[own, :, :width] for other, width in zip(others, widths, strict=True)]
+        columns = [
+            column
+            for other, few in zip(others, asked, strict=True)
+            for column in _run_by_run(model, bench, few, other.jacobian[own])
+        ]
         templates.append(project(np.concatenate(columns, axis=2) * root))
     return common, templates
+
+
+def _run_by_run(model: Model, bench: Bench, numbers: np.ndarray, jacobian: np.ndarray) -> list[np.ndarray]:
+    """The columns (lanes, rows, ..) of strengths, one that every run has of its own as a column for each."""
+    mine = (bench.run[:, None] == np.unique(bench.run))[:, None, :]
+    return [
+        jacobian[:, :, [place]] * (mine if number in model.by_run else 1.0)
+        for place, number in enumerate(numbers.tolist())
+    ]
 
 
 class _Table:
@@ -229,12 +252,14 @@ class _Table:
         common: np.ndarray,
         templates: np.ndarray,
     ) -> None:
-        n = len(at.free)
-        own = common[:, :, : 1 + n].transpose(0, 2, 1)
+        self.model, self.bench = model, bench
+        base = common[:, :, :-1]
+        own = base.transpose(0, 2, 1)
         wanted = np.concatenate([templates, common[:, :, -1:]], axis=2)
-        among, across = own @ common[:, :, : 1 + n], own @ wanted
-        coupling, curvature = summed(across, among, bench)
-        prior = prior_of(model, bench, at.point, at.free)
+        across = own @ wanted
+        layout = Layout.of(model, bench, at.free)
+        coupling, curvature = layout.summed(bench.run, across, own @ base)
+        prior = layout.prior(model, at.point)
         coupling[:, -1] += prior.gradient
         curvature += prior.curvature
         curvature += np.diag(1e-12 * np.diag(curvature) + 1e-30)
@@ -242,8 +267,9 @@ class _Table:
         products = wanted.transpose(0, 2, 1) @ wanted
         self.gram = products.sum(0) - coupling.T @ slope
         self.response = -slope
-        by_lane = products[:, :, -1] - np.einsum("lc,ce->le", across[:, 1:, -1], slope[:n])
-        by_lane -= across[:, 0, -1][:, None] * slope[n:][bench.run]
+        by_lane = products[:, :, -1] - np.einsum(
+            "lc,lce->le", across[:, :, -1], slope[layout.index[bench.run]]
+        )
         self.by_lane = by_lane[:, :-1]
 
     def promise(self, key: str, place: np.ndarray, shape: np.ndarray) -> Promise:
@@ -254,7 +280,9 @@ class _Table:
         scale = np.diag(information)
         inflation = float(np.median(np.sum(self.by_lane[:, place] ** 2, axis=0) / scale))
         around, room = self.response[:, -1], self.response[:, place] @ change
-        return Promise(key, shape, float(pull @ change), change, inflation, scale, around, room)
+        owner = [number for number, _ in owners(self.model, self.bench, key)]
+        of_strength = np.array([scale[np.equal(owner, number)].sum() for number in dict.fromkeys(owner)])
+        return Promise(key, shape, float(pull @ change), change, inflation, of_strength, around, room)
 
     def cosines(self, places: Sequence[np.ndarray]) -> np.ndarray:
         """The largest cosine between any combinations of two effects' columns (canonical correlation)."""

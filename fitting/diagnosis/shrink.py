@@ -8,9 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.findings import Closure
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Bench, Point, Refit, misfit_of, refit
+from fitting.diagnosis.refit import Refit, misfit_of, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.repeatability import unrepeated
 from fitting.problem import Problem
@@ -84,7 +85,8 @@ def closure(
     """The gap on the held-out lanes under several fits of the others: `fits` has those called nominal and
     named, and may have wrong and placebo.
 
-    Constants and effects stay as fitted; every lane's start and every run's level are fitted anew. Friction
+    Constants and effects stay as fitted; every lane's start and what every run has of its own, its level of
+    friction for one, are fitted anew. Friction
     may wander as far as it does under the named fit. The floor is what does not repeat itself from cycle to
     cycle, the noise where nothing repeats.
     """
@@ -94,12 +96,11 @@ def closure(
     }
     assumed = {name: getattr(problem.dataset.assumed, name) for name in CONSTANTS}
     if all(value is not None for value in assumed.values()):
-        point = Point((), model.origin(assumed), np.zeros(test.runs), own[held.held], widths)
+        point = Point((), model.origin(assumed), model.alike(test.runs), own[held.held], widths)
         points["assumed"] = point
-    nothing = np.zeros(0, int)
-    fitted = refit(
-        model, test, list(points.values()), [nothing] * len(points), iterations=SETTLED, wander=False
-    )
+    frees = [fits[name].free if name in fits else np.zeros(0, int) for name in points]
+    frees = [free[np.isin(free, model.by_run)] for free in frees]
+    fitted = refit(model, test, list(points.values()), frees, iterations=SETTLED, wander=False)
     results = dict(zip(points, fitted, strict=True))
     compared = ("nominal", "named")
     again = model.side_by_side(lambda name: released(model, test, results[name], wander=False), compared)

@@ -7,10 +7,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contest import FROM_NEARBY, Explanation, best_of, contest
 from fitting.diagnosis.judge import suffices
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Bench, Point, Refit, refit
+from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import borrowed, released
 from fitting.diagnosis.repeatability import floor_of
 from fitting.diagnosis.screen import Promise, Screen, Shapes, screen

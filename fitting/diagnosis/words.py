@@ -8,12 +8,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fitting.diagnosis.attribute import Attribution
+from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.findings import Closure, Where
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.judge import Judgement
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Bench
 from fitting.diagnosis.shrink import Split
 from fitting.problem import Problem
 

@@ -38,10 +38,15 @@ class MainsHum(AbstractEffect):
         source="H. W. Ott, Electromagnetic Compatibility Engineering, Wiley 2009, on cabling and grounding.",
     )
     cosine: Float[Array, ""] | float = parameter(
-        "N", "part of the hum in step with the start of the run", null=0.0, typical=0.01, default=0.0
+        "N",
+        "part of the hum in step with the start of the run",
+        null=0.0,
+        typical=0.01,
+        by_run=True,
+        default=0.0,
     )
     sine: Float[Array, ""] | float = parameter(
-        "N", "part of the hum a quarter period later", null=0.0, typical=0.01, default=0.0
+        "N", "part of the hum a quarter period later", null=0.0, typical=0.01, by_run=True, default=0.0
     )
     frequency: Float[Array, ""] | float = parameter(
         "Hz", "frequency of the mains", lower=45.0, upper=65.0, tries=(50.0, 60.0), default=50.0

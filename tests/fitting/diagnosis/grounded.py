@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.ground import Ground, ground
 from fitting.diagnosis.laying import cut_in_step, lay, length
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Bench, Point, Refit, refit
+from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.screen import Screen, screen
 from fitting.diagnosis.wander import LEAST, OWN, START
 from fitting.problem import Problem, pose
@@ -83,6 +84,6 @@ def laid_out(stated: DataSet) -> tuple[Model, Bench]:
 def from_the_truth(model: Model, bench: Bench, keys: tuple[str, ...], coordinates: np.ndarray) -> Refit:
     """The constants fitted from these coordinates on, friction not wandering."""
     own, widths = np.asarray(bench.lanes.start), np.full(OWN - START, LEAST)
-    point = Point(keys, coordinates, np.zeros(bench.runs), own, widths)
+    point = Point(keys, coordinates, model.alike(bench.runs), own, widths)
     (fit,) = refit(model, bench, [point], [model.index(*model.constants)], wander=False)
     return fit

@@ -7,8 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import BROKEN, Bench, Refit, refit
+from fitting.diagnosis.refit import BROKEN, Refit, refit
 from fitting.diagnosis.release import handed_on, released
 from fitting.diagnosis.wander import START
 from jaxstick.effects.displacement_gain import DisplacementGain

@@ -12,9 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.laying import cut_in_step
 from fitting.diagnosis.model import Columns
-from fitting.diagnosis.refit import Bench, Point, Refit
+from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.repeatability import UNEVEN, floor_of, successive, unrepeated
 from fitting.diagnosis.wander import OWN
 from fitting.signals import read_signals
@@ -68,7 +69,7 @@ def judged(residual: np.ndarray, cost: float, width: float, price: float = 1.0) 
     bench = Bench(lanes, np.zeros(LANES, int), 1, np.zeros(LANES, int), True)
     rows = np.concatenate([residual, blank, np.zeros((LANES, OWN))], axis=1)
     model: Any = SimpleNamespace(columns=lambda jobs: [Columns(rows, rows, rows) for _ in jobs])
-    point = Point((), np.zeros(1), np.zeros(1), np.zeros((LANES, OWN)), np.full(2, width))
+    point = Point((), np.zeros(1), np.zeros((1, 1)), np.zeros((LANES, OWN)), np.full(2, width))
     each = np.full(LANES, cost * (COUNTED - 3))
     fit = Refit(point, np.zeros(0, int), each, price * cost, np.ones(LANES), 1)
     floor, bare = floor_of(model, bench, [fit]), unrepeated(model, bench, [fit])
@@ -78,7 +79,7 @@ def judged(residual: np.ndarray, cost: float, width: float, price: float = 1.0) 
 
 def test_the_floor_is_what_changes_from_one_cycle_to_the_next(monkeypatch):
     """Residuals of 3 standard deviations that change, on top of a bias that does not."""
-    monkeypatch.setattr("fitting.diagnosis.repeatability.job", lambda bench, point: None)
+    monkeypatch.setattr("fitting.diagnosis.repeatability.job", lambda model, bench, point: None)
     random = np.random.default_rng(3)
     residual = 50 * np.sin(np.arange(COUNTED)) + 3 * random.standard_normal((LANES, COUNTED))
     assert judged(residual, 1300.0, 0.02) == pytest.approx(9.0, rel=0.25)
@@ -88,7 +89,7 @@ def test_the_floor_is_what_changes_from_one_cycle_to_the_next(monkeypatch):
 
 def test_the_floor_lies_no_higher_than_a_typical_lane(monkeypatch):
     """What acts in some lanes alone changes from cycle to cycle too, and is no noise."""
-    monkeypatch.setattr("fitting.diagnosis.repeatability.job", lambda bench, point: None)
+    monkeypatch.setattr("fitting.diagnosis.repeatability.job", lambda model, bench, point: None)
     residual = 9 * np.random.default_rng(4).standard_normal((LANES, COUNTED))
     assert judged(residual, 1.4, 0.02) == pytest.approx(UNEVEN * 1.4)
     assert judged(residual, 0.4, 0.02) == 1.0

@@ -1,0 +1,71 @@
+"""What hypotheses are judged on, and where one stands."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from fitting.diagnosis.model import Model
+from fitting.lanes import Lanes
+
+
+@dataclasses.dataclass(frozen=True)
+class Bench:
+    """The lanes that hypotheses are judged on, which run each belongs to (0 .. runs - 1), and how many runs
+    the data set has, of which some may have no lane here.
+
+    phase: a number for every lane, the same for lanes that begin at the same phase of the excitation in
+    cycles of the same run, -1 where no other does; wanders: whether friction may differ from lane to lane.
+    """
+
+    lanes: Lanes
+    run: np.ndarray
+    runs: int
+    phase: np.ndarray
+    wanders: bool
+
+    def dof(self) -> np.ndarray:
+        """Residuals of every lane that count, less the three of its start."""
+        return self.lanes.counted() - 3
+
+    def take(self, index: np.ndarray) -> Bench:
+        """The bench with some of the lanes; runs keep their numbers."""
+        return Bench(self.lanes.take(index), self.run[index], self.runs, self.phase[index], self.wanders)
+
+    def coarser(self) -> Bench:
+        """The bench with half as many integration steps a sample."""
+        steps = max(1, math.ceil(self.lanes.substeps / 2))
+        return dataclasses.replace(self, lanes=dataclasses.replace(self.lanes, substeps=steps))
+
+
+@dataclasses.dataclass(frozen=True)
+class Point:
+    """A hypothesis at work: the effects attached, coordinates of all unknowns, those that every run has of
+    its own (runs, `Model.by_run`: level of friction first), what every lane has of its own (lanes, 5: start,
+    level and slope of friction), and the standard deviations of those levels and slopes.
+
+    What runs have of their own stands among the coordinates as it is in the first of them.
+    """
+
+    keys: tuple[str, ...]
+    coordinates: np.ndarray
+    by_run: np.ndarray
+    own: np.ndarray
+    widths: np.ndarray
+
+    def each(self, model: Model, bench: Bench) -> np.ndarray:
+        """Coordinates of every lane, with what its run has of its own."""
+        each = np.tile(self.coordinates, (len(bench.lanes), 1))
+        each[:, model.by_run] = self.by_run[bench.run]
+        return each
+
+    def without(self, model: Model, keys: Iterable[str]) -> Point:
+        """The point with some effects at null and in their typical shape, still attached."""
+        own = model.index(*(name for key in keys for name in model.shelf.names(key)))
+        coordinates, by_run = self.coordinates.copy(), self.by_run.copy()
+        coordinates[own] = model.origin({})[own]
+        by_run[:, np.isin(model.by_run, own)] = 0.0
+        return dataclasses.replace(self, coordinates=coordinates, by_run=by_run)

@@ -1,0 +1,142 @@
+"""What every run has of its own beside what all runs share: the normal equations, and a hum whose phase is
+another in every run."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.contest import Approach, Explanation, contest
+from fitting.diagnosis.layout import GAUGE, Layout, owners
+from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
+from fitting.diagnosis.screen import screen
+from fitting.progress import Silent
+from jaxstick.effects.mains_hum import MainsHum
+from jaxstick.parts.drive import SineDrive
+from tests.fitting.diagnosis.grounded import from_the_truth, laid_out
+from tests.fitting.reference_data import NOISE, TRUTH, dataset, noisy, own_run
+
+HUM = "mains_hum"
+PHASES = {0.9: (0.3, 0.1), 2.1: (-0.15, 0.275)}
+"""Cosine and sine [N] in the run of each frequency [Hz]."""
+assert NOISE.friction is not None
+ERROR = 3 * 2 * NOISE.friction * math.sqrt(2 / 600)
+"""Three standard errors of an amplitude, twice as many where the frequency is free as well."""
+
+
+class Hummed(NamedTuple):
+    model: Model
+    bench: Bench
+    nominal: Point
+    found: Explanation
+
+
+@pytest.fixture(scope="module")
+def hummed() -> Hummed:
+    """Two runs with hum at 50 Hz, and the refit of it that the screening leads to."""
+    random = np.random.default_rng(5)
+    runs = [
+        noisy(
+            own_run(SineDrive(f, 10.325e-3), effects={HUM: MainsHum(*hum)}, samples=600, file=f"run-{f}.csv"),
+            random,
+        )
+        for f, hum in PHASES.items()
+    ]
+    model, bench = laid_out(dataset(*runs))
+    nominal = from_the_truth(model, bench, model.together((HUM,)), model.origin(TRUTH))
+    seen = screen(model, bench, nominal, own_group=True)
+    promise = next(promise for promise in seen.promises if promise.key == HUM)
+    (found,) = contest(model, bench, nominal, [promise], 1, Silent(), Approach((1.0,), np.inf, False))
+    return Hummed(model, bench, nominal.point, found)
+
+
+def test_hum_of_another_phase_in_every_run_is_found(hummed: Hummed):
+    model, found = hummed.model, hummed.found.refit
+    slots = model.slots(model.index(f"{HUM}.cosine", f"{HUM}.sine"))
+    scale = [model.members[number].scale for number in model.by_run[slots]]
+    assert found.point.by_run[:, slots] * scale == pytest.approx(np.array([*PHASES.values()]), abs=ERROR)
+    assert model.values(found.point.coordinates, [f"{HUM}.frequency"]) == pytest.approx(
+        {f"{HUM}.frequency": 50.0}, abs=0.1
+    )
+    assert found.misfit == pytest.approx(1.0, abs=0.1)
+
+
+def test_what_is_reported_of_it_is_the_first_run(hummed: Hummed):
+    model, point = hummed.model, hummed.found.refit.point
+    values = model.values(point.coordinates, [f"{HUM}.cosine", f"{HUM}.sine"])
+    assert tuple(values.values()) == pytest.approx(PHASES[0.9], abs=ERROR)
+
+
+def test_a_point_without_hum_has_none_in_any_run(hummed: Hummed):
+    model, point = hummed.model, hummed.found.refit.point
+    bare = point.without(model, [HUM])
+    assert np.abs(point.by_run[:, 1:]).min() > 0
+    assert not bare.by_run[:, 1:].any()
+    assert np.array_equal(bare.by_run[:, 0], point.by_run[:, 0])
+    own = model.of(HUM)
+    assert np.array_equal(bare.coordinates[own], model.origin({})[own])
+
+
+def test_a_strength_of_every_run_counts_once_for_each(hummed: Hummed):
+    cosine, sine = hummed.model.index(f"{HUM}.cosine", f"{HUM}.sine")
+    assert owners(hummed.model, hummed.bench, HUM) == [(cosine, 0), (cosine, 1), (sine, 0), (sine, 1)]
+    assert owners(hummed.model, hummed.bench, "force_offset")[0][1] is None
+
+
+def test_normal_equations_are_those_of_the_whole_problem(hummed: Hummed):
+    """Lanes with a matrix each; put into one large matrix, row by row where their columns belong, they give
+    the same equations."""
+    model, bench = hummed.model, hummed.bench
+    free = np.concatenate([model.index("C", f"{HUM}.cosine", "D")])
+    layout = Layout.of(model, bench, free)
+    random = np.random.default_rng(1)
+    lanes = len(bench.run)
+    jacobian, residual = random.standard_normal((lanes, 7, 4)), random.standard_normal((lanes, 7))
+    size = 2 + 2 * bench.runs
+    whole = np.zeros((lanes, 7, size))
+    for lane, run in enumerate(bench.run):
+        shared, level, cosine = [0, 1], 2 + run, 2 + bench.runs + run
+        whole[lane][:, [level, shared[0], cosine, shared[1]]] = jacobian[lane]
+    flat = whole.reshape(-1, size)
+    gradient = np.einsum("lrc,lr->lc", jacobian, residual)
+    g, h = layout.summed(bench.run, gradient, jacobian.transpose(0, 2, 1) @ jacobian)
+    np.testing.assert_allclose(g, flat.T @ residual.ravel(), atol=1e-12)
+    np.testing.assert_allclose(h, flat.T @ flat, atol=1e-12)
+    assert layout.of_free.tolist() == [0, 2 + bench.runs, 1]
+
+
+def test_values_go_in_as_they_come_out(hummed: Hummed):
+    model, bench = hummed.model, hummed.bench
+    layout = Layout.of(model, bench, model.index("C", f"{HUM}.sine"))
+    values = np.linspace(-0.2, 0.3, 1 + 2 * bench.runs)
+    moved = layout.moved(model, hummed.nominal, values)
+    np.testing.assert_array_equal(layout.values(moved), values)
+    (sine,) = model.index(f"{HUM}.sine")
+    assert moved.coordinates[sine] == values[1 + bench.runs]
+
+
+def test_the_prior_is_that_of_every_run(hummed: Hummed):
+    """Its gradient against central differences; the mean level of the runs is held."""
+    model, bench = hummed.model, hummed.bench
+    layout = Layout.of(model, bench, model.index("rig.mass", f"{HUM}.sine"))
+    values = np.array([model.origin({})[layout.shared[0]] + 0.003, 0.02, -0.01, 2.0, -3.0])
+
+    def prior(at: np.ndarray):
+        return layout.prior(model, layout.moved(model, hummed.nominal, at))
+
+    here = prior(values)
+    for place in range(len(values)):
+        step = np.zeros(len(values))
+        step[place] = 1e-6
+        slope = (prior(values + step).cost - prior(values - step).cost) / 4e-6
+        assert here.gradient[place] == pytest.approx(slope, rel=1e-5, abs=1e-5)
+    levels = here.curvature[1:3, 1:3]
+    assert levels[0, 0] == pytest.approx(LEVEL_TOLERANCE**-2 + 0.25 * GAUGE**-2)
+    lone = Layout.of(model, bench.take(np.flatnonzero(bench.run == 1)), model.index("C"))
+    alone = lone.prior(model, dataclasses.replace(hummed.nominal))
+    assert alone.curvature[1, 1] == pytest.approx(LEVEL_TOLERANCE**-2)
