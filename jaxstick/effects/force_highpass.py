@@ -17,7 +17,7 @@ from jaxstick.parts.motion import Motion, Scalar
 
 
 class ForceHighpass(AbstractEffect):
-    """A high-pass of first order: f = F - w (integral of f since the run began), w = 2 pi corner.
+    """A high-pass of first order: f = F - before - w (integral of f since the run began), w = 2 pi corner.
 
     In the middle of a record the integral is that of the recorded force, `Start.impulse`.
     """
@@ -41,10 +41,19 @@ class ForceHighpass(AbstractEffect):
     corner: Float[Array, ""] | float = parameter(
         "Hz", "corner frequency", lower=0.0, upper=5.0, null=0.0, typical=0.005, default=0.0
     )
+    before: Float[Array, ""] | float = parameter(
+        "N",
+        "what the channel had lost when the run began, having been switched on before",
+        null=0.0,
+        typical=0.01,
+        by_run=True,
+        default=0.0,
+    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
         return dataclasses.replace(
-            oscillator, instrument=_LeakingForce(oscillator.instrument, 2 * jnp.pi * self.corner)
+            oscillator,
+            instrument=_LeakingForce(oscillator.instrument, 2 * jnp.pi * self.corner, self.before),
         )
 
 
@@ -60,9 +69,10 @@ class _LeakingForce(AbstractForceLink):
 
     inner: AbstractInstrument
     leak: Scalar
+    before: Scalar
 
     def begin(self, motion: Motion, friction: Scalar, past: Past) -> _Leak:
-        return _Leak(self.leak * past.impulse, friction)
+        return _Leak(self.before + self.leak * past.impulse, friction)
 
     def follow(self, own: _Leak, motion: Motion, friction: Scalar, step: Scalar) -> _Leak:
         half = self.leak * step / 2

@@ -225,6 +225,15 @@ def test_the_highpass_goes_on_from_the_impulse_of_the_record():
     assert np.max(np.abs(recorded(chain, force, start=float(TIME[middle])).friction[0] - whole[middle])) > 0.1
 
 
+def test_what_the_highpass_lost_before_the_run_comes_back_as_it_forgets():
+    corner, before = 0.4, 0.7
+    apart = [
+        recorded(instrument("force_highpass", corner=corner, before=lost), sine(1.3)).friction
+        for lost in (before, 0.0)
+    ]
+    np.testing.assert_allclose(apart[0] - apart[1], -before * np.exp(-2 * np.pi * corner * TIME), atol=1e-5)
+
+
 def test_the_hysteresis_is_the_play_operator():
     width, steps = 0.3, 400
     walk = jnp.asarray(np.cumsum(np.random.default_rng(3).standard_normal(steps + 1)) * 0.2)
