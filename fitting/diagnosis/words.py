@@ -111,6 +111,7 @@ def notes(
             "Too few runs to hold any out: the shrinking was measured on every third stretch of the runs "
             "that were fitted, so nothing is said about other frequencies."
         )
+    out += of_every_run(contact.model, problem.chosen[0].run.file, found.judgement.named)
     lost = float(np.mean(found.nominal.weights < 0.5))
     if lost > LOST:
         out.append(f"{100 * lost:.0f} % of the segments fit far worse than the rest and count little.")
@@ -126,6 +127,23 @@ def notes(
             "acts as well, or the effect has another shape than on the shelf."
         )
     return tuple(out)
+
+
+def of_every_run(model: Model, first: str, named: Sequence[str]) -> list[str]:
+    """What is to be known of strengths that every run has of its own; `first` is the run that is given."""
+    out = []
+    for key in named:
+        strengths = model.shelf.strengths[key]
+        own = [
+            strengths[i].partition(".")[2]
+            for i in np.flatnonzero(np.isin(model.index(*strengths), model.by_run))
+        ]
+        if own:
+            out.append(
+                f"Every run has {' and '.join(own)} of {key} of its own: given is what {first} has, and in "
+                "runs that were held out they were fitted anew."
+            )
+    return out
 
 
 def steps_taken(

@@ -15,6 +15,7 @@ from fitting.diagnosis.contest import Approach, Explanation, contest
 from fitting.diagnosis.layout import GAUGE, Layout, owners
 from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
 from fitting.diagnosis.screen import screen
+from fitting.diagnosis.words import of_every_run
 from fitting.progress import Silent
 from jaxstick.effects.mains_hum import MainsHum
 from jaxstick.parts.drive import SineDrive
@@ -70,6 +71,11 @@ def test_what_is_reported_of_it_is_the_first_run(hummed: Hummed):
     model, point = hummed.model, hummed.found.refit.point
     values = model.values(point.coordinates, [f"{HUM}.cosine", f"{HUM}.sine"])
     assert tuple(values.values()) == pytest.approx(PHASES[0.9], abs=ERROR)
+
+
+def test_that_it_is_so_is_said(hummed: Hummed):
+    (sentence,) = of_every_run(hummed.model, "run-0.9.csv", ["force_offset", HUM])
+    assert sentence.startswith("Every run has cosine and sine of mains_hum of its own: given is what run-0.9")
 
 
 def test_a_point_without_hum_has_none_in_any_run(hummed: Hummed):
