@@ -80,25 +80,23 @@ def concerns_contact(model: Model, keys: Sequence[str]) -> bool:
 
 
 def choose_contact(
-    problem: Problem,
-    model: Model,
-    ground: Ground,
+    paper: Chosen,
     bench: Bench,
     lanes: np.ndarray,
     fits: Sequence[Refit],
     floor: float,
-    workers: int,
     progress: Progress,
 ) -> Chosen:
     """The contact that the records may ask for, on a bench that has some `lanes` of the ground.
 
-    Every contact is tried on each of the fits under the paper's: the nominal model's, and those of effects
+    Every contact is tried on each of the fits under the `paper`'s: the nominal model's, and those of effects
     that may act beside it. Of those that are `WORTH_TRYING`, `floor` being the misfit that no model gets
     below, the one on which lanes cost least is chosen.
     """
+    problem, model, ground = paper.problem, paper.model, paper.ground
     parts = problem.hypothesis.nominal
     progress.stage("contacts tried", 1)
-    paper = refit(model, bench, [fit.point for fit in fits], [fit.free for fit in fits], iterations=STEPS)
+    before = refit(model, bench, [fit.point for fit in fits], [fit.free for fit in fits], iterations=STEPS)
 
     def tried(rival: Rival) -> tuple[float, Chosen] | None:
         """What lanes cost under a rival, and the choice of it; None where it is not worth a survey."""
@@ -106,14 +104,14 @@ def choose_contact(
             problem.hypothesis, nominal=dataclasses.replace(parts, contact=rival.contact)
         )
         other = dataclasses.replace(problem, hypothesis=hypothesis)
-        its = Model(other, workers)
-        points = [carried(fit.point, model, its) for fit in paper]
-        found = refit(its, bench, points, [free_under(fit, model, its) for fit in paper], iterations=STEPS)
-        pairs = list(zip(found, paper, strict=True))
-        one, before = min(pairs, key=lambda pair: _typical(pair[0]))
-        if _ratio(one, before) < HOPEFUL:
+        its = Model(other, model.workers)
+        points = [carried(fit.point, model, its) for fit in before]
+        found = refit(its, bench, points, [free_under(fit, model, its) for fit in before], iterations=STEPS)
+        pairs = list(zip(found, before, strict=True))
+        one, same = min(pairs, key=lambda pair: _typical(pair[0]))
+        if _ratio(one, same) < HOPEFUL:
             one = released(its, bench, one)
-            pairs.append((one, before))
+            pairs.append((one, same))
         ratio = min(_ratio(*pair) for pair in pairs)
         if not min(ratio, *(_left(*pair, floor) for pair in pairs)) < WORTH_TRYING:
             return None
@@ -126,7 +124,7 @@ def choose_contact(
 
     rivals = gradual_contacts(float(np.asarray(parts.contact.k1)))
     worthy = [each for each in model.side_by_side(tried, rivals) if each is not None]
-    chosen = min(worthy, key=lambda each: each[0])[1] if worthy else Chosen(problem, model, ground)
+    chosen = min(worthy, key=lambda each: each[0])[1] if worthy else paper
     progress.advance(chosen.words or "the assumed one stays")
     return chosen
 

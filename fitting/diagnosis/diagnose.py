@@ -72,12 +72,11 @@ def diagnose(
     seen = survey(model, bench, begin, progress)
     chosen = Chosen(problem, model, base)
     if not seen.suffices or concerns_contact(model, seen.found[0].keys):
-        chosen, seen = beside_single_effects(chosen, bench, seen, held, settings.workers, progress)
-        problem, model, base = chosen.problem, chosen.model, chosen.ground
-    found = attribute(model, bench, seen, progress)
+        chosen, seen = beside_single_effects(chosen, bench, seen, held, progress)
+    found = attribute(chosen.model, bench, seen, progress)
     if chosen.words is None and found.asks_for_a_contact:
-        chosen, found = beside_a_pair(chosen, bench, found, held, settings.workers, progress)
-        problem, model, base = chosen.problem, chosen.model, chosen.ground
+        chosen, found = beside_a_pair(chosen, bench, found, held, progress)
+    problem, model, base = chosen.problem, chosen.model, chosen.ground
     named = _named(found)
     progress.stage("how far the gap shrinks", 3)
     shrunk = closure(problem, model, base.bench, held, _fits(found, named), base.point.own, settings.seed)

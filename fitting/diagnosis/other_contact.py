@@ -14,15 +14,14 @@ BESIDE = 2
 
 
 def beside_single_effects(
-    paper: Chosen, bench: Bench, seen: Survey, held: Split, workers: int, progress: Progress
+    paper: Chosen, bench: Bench, seen: Survey, held: Split, progress: Progress
 ) -> tuple[Chosen, Survey]:
     """The contact that the records ask for, and the survey on it; the paper's contact where another does not
     explain clearly more. Where an effect suffices, another contact must do without any what that effect does.
     """
-    problem, model, base = paper.problem, paper.model, paper.ground
     beside = [] if seen.suffices else seen.found[:BESIDE]
     fits = [seen.nominal, *(explanation.refit for explanation in beside)]
-    other = choose_contact(problem, model, base, bench, held.fitted, fits, seen.floor, workers, progress)
+    other = choose_contact(paper, bench, held.fitted, fits, seen.floor, progress)
     if other.words is None:
         return paper, seen
     again = survey(other.model, bench, part(other.ground.point, held.fitted), progress)
@@ -35,14 +34,12 @@ def beside_single_effects(
 
 
 def beside_a_pair(
-    paper: Chosen, bench: Bench, found: Attribution, held: Split, workers: int, progress: Progress
+    paper: Chosen, bench: Bench, found: Attribution, held: Split, progress: Progress
 ) -> tuple[Chosen, Attribution]:
     """The contact that the records ask for beside the best pair, and what explains them on it; the paper's
     where another does not leave clearly less."""
     best = found.explanations[0].refit
-    other = choose_contact(
-        paper.problem, paper.model, paper.ground, bench, held.fitted, [best], found.floor, workers, progress
-    )
+    other = choose_contact(paper, bench, held.fitted, [best], found.floor, progress)
     if other.words is None:
         return paper, found
     again = on_another_contact(paper.model, bench, found, other.model)

@@ -23,7 +23,7 @@ from jaxstick.effects.force_gain import ForceGain
 from jaxstick.oscillator import Oscillator
 from jaxstick.parts.contact import AbstractContact
 from jaxstick.parts.gradual import ElastoPlasticContact, LuGreContact
-from tests.fitting.diagnosis.grounded import WORKERS, grounded, with_effect
+from tests.fitting.diagnosis.grounded import grounded, with_effect
 from tests.fitting.reference_data import TRUTH
 
 
@@ -60,7 +60,7 @@ def looked_at(contact: AbstractContact | None, effect: AbstractEffect | None = N
         (key,) = (key for key, one in model.shelf.effects.items() if isinstance(effect, one))
         fits.append(with_effect(model, base, nominal, key))
     lanes = np.arange(len(base.bench.lanes))
-    chosen = choose_contact(problem, model, base, base.bench, lanes, fits, 1.0, WORKERS, Silent())
+    chosen = choose_contact(Chosen(problem, model, base), base.bench, lanes, fits, 1.0, Silent())
     return Looked(model, base, fits, chosen)
 
 
