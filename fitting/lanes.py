@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.unknowns import Chart, Unknowns
-from jaxstick.compiled import OPTIONS
+from jaxstick.compiled import QUICKLY
 from jaxstick.hypothesis import Hypothesis
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parameter import find, replace
@@ -229,7 +229,7 @@ def _jacobian(
     return jax.jacfwd(residual, has_aux=True)(jnp.concatenate([coordinates, start]))
 
 
-@functools.partial(jax.jit, compiler_options=OPTIONS)
+@functools.partial(jax.jit, compiler_options=QUICKLY)
 def _linearise(
     hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array
 ) -> tuple[Array, Array, Array]:
@@ -240,7 +240,7 @@ def _linearise(
     return jax.vmap(one)(lanes, coordinates, starts)
 
 
-@functools.partial(jax.jit, compiler_options=OPTIONS)
+@functools.partial(jax.jit, compiler_options=QUICKLY)
 def _follow(
     hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
@@ -260,7 +260,7 @@ def _follow(
     return jax.vmap(one)(lanes, coordinates, starts)
 
 
-@functools.partial(jax.jit, static_argnames="blocks", compiler_options=OPTIONS)
+@functools.partial(jax.jit, static_argnames="blocks", compiler_options=QUICKLY)
 def _scores(
     hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array, *, blocks: int
 ) -> tuple[Array, Array]:
@@ -279,7 +279,7 @@ def _scores(
     return jax.vmap(one)(lanes, coordinates, starts)
 
 
-@functools.partial(jax.jit, compiler_options=OPTIONS)
+@functools.partial(jax.jit, compiler_options=QUICKLY)
 def _predict(
     hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array
 ) -> tuple[Array, Array]:
