@@ -27,14 +27,15 @@ class ForceOffset(AbstractEffect):
             "The force channel was not set to zero, or was set to zero while the mass hung in its springs "
             "with friction holding it. Friction that differs between the directions shifts the plateaus too, "
             "but it follows the law's dependence on speed and moves the mass; a constant force moves the "
-            "mass and leaves the recorded friction alone."
+            "mass and leaves the recorded friction alone. Amplifiers drift and zeros are set anew: no two "
+            "runs need have the same."
         ),
         remedy="Lift the slider off and record the force channel for ten seconds before and after each run.",
         source="E. O. Doebelin, Measurement Systems: Application and Design, 5th ed., McGraw-Hill 2004, on "
         "zero error and bias.",
     )
     offset: Float[Array, ""] | float = parameter(
-        "N", "recorded force where there is none", null=0.0, typical=0.02, default=0.0
+        "N", "recorded force where there is none", null=0.0, typical=0.02, by_run=True, default=0.0
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:

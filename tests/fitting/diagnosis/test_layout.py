@@ -74,7 +74,7 @@ def test_what_is_reported_of_it_is_the_first_run(hummed: Hummed):
 
 
 def test_that_it_is_so_is_said(hummed: Hummed):
-    (sentence,) = of_every_run(hummed.model, "run-0.9.csv", ["force_offset", HUM])
+    (sentence,) = of_every_run(hummed.model, "run-0.9.csv", ["force_gain", HUM])
     assert sentence.startswith("Every run has cosine and sine of mains_hum of its own: given is what run-0.9")
 
 
@@ -92,7 +92,7 @@ def test_a_point_without_hum_has_none_in_any_run(hummed: Hummed):
 def test_a_strength_of_every_run_counts_once_for_each(hummed: Hummed):
     cosine, sine = hummed.model.index(f"{HUM}.cosine", f"{HUM}.sine")
     assert owners(hummed.model, hummed.bench, HUM) == [(cosine, 0), (cosine, 1), (sine, 0), (sine, 1)]
-    assert owners(hummed.model, hummed.bench, "force_offset")[0][1] is None
+    assert owners(hummed.model, hummed.bench, "force_gain")[0][1] is None
 
 
 def test_normal_equations_are_those_of_the_whole_problem(hummed: Hummed):
