@@ -11,12 +11,7 @@ import hypothesis
 import jax
 import pytest
 
-from jaxstick.compiled import OPTIONS, QUICKLY
 from jaxstick.precision import float64
-
-OPTIONS.update(QUICKLY)
-"""Tests compile far longer than they run. Before any other module is read: a function keeps the options that
-there are when it is decorated."""
 
 hypothesis.settings.register_profile("dev", deadline=None, max_examples=25)
 hypothesis.settings.register_profile(
