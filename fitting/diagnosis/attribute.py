@@ -106,7 +106,7 @@ def each_alone(
 
     def by_itself(key: str) -> Explanation:
         others = [other for other in beside[key].keys if other != key]
-        bare = beside[key].refit.stripped(model, others, [key])
+        bare = beside[key].refit.stripped(model, others)
         reached = alone.get(key, math.inf) * dof
         (again,) = refit(model, bench, [bare.point], [bare.free], hopeless=1.0, reached=reached)
         return Explanation((key,), promises[key], again)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.layout import Layout, owners
+from fitting.diagnosis.layout import Layout, with_strengths
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import ITERATIONS, Refit, refit, within_columns
 from fitting.diagnosis.release import all_settled, settled
@@ -66,7 +66,7 @@ def contest(
     """
     few = np.arange(0, len(bench.lanes), THIN)
     heat = bench.take(few)
-    points, frees, owners = [], [], []
+    points, frees, promised = [], [], []
     for promise in promises:
         free = within_columns(base.free, model.of(promise.key))
         keys = model.together(base.point.keys, promise.key)
@@ -77,7 +77,7 @@ def contest(
             begun = _begin(model, bench, base, begin, share, keys, approach.far)
             points.append(dataclasses.replace(begun, own=begun.own[few]))
             frees.append(free)
-            owners.append(promise)
+            promised.append(promise)
     if approach.settle:
         points = all_settled(model, heat, points)
     common = model.free_effects(base.free)
@@ -92,7 +92,7 @@ def contest(
         progress=lambda: progress.advance(),
     )
     heats: dict[str, tuple[Promise, Refit]] = {}
-    for promise, result in zip(owners, tried, strict=True):
+    for promise, result in zip(promised, tried, strict=True):
         rival = heats.get(promise.key)
         if rival is None or result.misfit < rival[1].misfit:
             heats[promise.key] = promise, result
@@ -146,13 +146,9 @@ def _begin(
     moved = promise.around + share * promise.room
     layout = Layout.of(model, bench, base.free)
     point = layout.moved(model, base.point, layout.values(base.point) + moved)
-    coordinates, by_run = point.coordinates, point.by_run
-    for (number, run), change in zip(owners(model, bench, promise.key), promise.change, strict=True):
-        coordinates[number] = share * change
-        if run is not None:
-            by_run[run, model.by_run == number] = share * change
+    point = with_strengths(model, bench, point, promise.key, share * promise.change)
     if len(promise.shape):
-        coordinates[model.index(*model.shelf.shapes[promise.key])] = promise.shape
-    coordinates = np.clip(coordinates, model.lower, model.upper)
-    by_run = np.clip(by_run, model.lower[model.by_run], model.upper[model.by_run])
+        point.coordinates[model.index(*model.shelf.shapes[promise.key])] = promise.shape
+    coordinates = np.clip(point.coordinates, model.lower, model.upper)
+    by_run = np.clip(point.by_run, model.lower[model.by_run], model.upper[model.by_run])
     return dataclasses.replace(point, keys=keys, coordinates=coordinates, by_run=by_run)

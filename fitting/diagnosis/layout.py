@@ -110,3 +110,24 @@ def owners(model: Model, bench: Bench, key: str) -> list[tuple[int, int | None]]
         for number in model.index(*model.shelf.strengths[key]).tolist()
         for run in (runs if number in model.by_run else [None])
     ]
+
+
+def strengths_of(model: Model, bench: Bench, point: Point, key: str) -> np.ndarray:
+    """The strengths of an effect as they stand, in the order of their owners."""
+    return np.array(
+        [
+            point.coordinates[number] if run is None else point.by_run[run, model.by_run == number].item()
+            for number, run in owners(model, bench, key)
+        ]
+    )
+
+
+def with_strengths(model: Model, bench: Bench, point: Point, key: str, strengths: np.ndarray) -> Point:
+    """The point with these strengths of an effect, in the order of their owners."""
+    coordinates, by_run = point.coordinates.copy(), point.by_run.copy()
+    owned = list(zip(owners(model, bench, key), strengths.tolist(), strict=True))
+    for (number, run), strength in reversed(owned):
+        coordinates[number] = strength
+        if run is not None:
+            by_run[run, model.by_run == number] = strength
+    return dataclasses.replace(point, coordinates=coordinates, by_run=by_run)

@@ -45,12 +45,13 @@ class Refit:
         """By what factor the misfit is larger for the freedom of friction to wander."""
         return self.misfit / misfit_of(self.cost, bench.dof())
 
-    def stripped(self, model: Model, keys: Sequence[str], stays: Sequence[str]) -> Refit:
-        """Where a refit without some of its effects begins, those that stay being these: the others at null
-        and not free. Costs and misfit are still those with them."""
-        point = dataclasses.replace(self.point.without(model, keys), keys=model.together(stays))
-        gone = np.concatenate([model.of(key) for key in keys])
-        return dataclasses.replace(self, point=point, free=self.free[~np.isin(self.free, gone)])
+    def stripped(self, model: Model, keys: Sequence[str]) -> Refit:
+        """Where a refit without some of its effects begins: these at null and not free. Costs and misfit are
+        still those with them."""
+        free = self.free[~np.isin(self.free, np.concatenate([model.of(key) for key in keys]))]
+        attached = model.together(model.free_effects(free))
+        point = dataclasses.replace(self.point.without(model, keys), keys=attached)
+        return dataclasses.replace(self, point=point, free=free)
 
 
 def refit(

@@ -14,8 +14,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.stats import qmc
 
-from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.layout import Layout, owners
+from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.layout import Layout, owners, strengths_of
 from fitting.diagnosis.model import Job, Model
 from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.refit import Projection, Refit, chosen_columns, job
@@ -115,7 +115,7 @@ def screen(
     points = [_with_shapes(model, at.point.coordinates, tried) for tried in ({}, *others)]
     common, templates = _templates(model, bench, at, groups, points)
     if instead_of is not None:
-        strengths = _strengths(model, bench, at.point, instead_of)
+        strengths = strengths_of(model, bench, at.point, instead_of)
         common[:, :, -1] -= templates[0][:, :, places[keys.index(instead_of)]] @ strengths
     tables = [_Table(model, bench, at, common, part) for part in templates]
     usual = [tables[0].promise(key, place, np.zeros(0)) for key, place in zip(keys, places, strict=True)]
@@ -134,12 +134,6 @@ def _places(model: Model, bench: Bench, keys: Sequence[str]) -> list[np.ndarray]
     counts = [len(owners(model, bench, key)) for key in keys]
     ends = np.cumsum(counts)
     return [np.arange(end - count, end) for end, count in zip(ends, counts, strict=True)]
-
-
-def _strengths(model: Model, bench: Bench, point: Point, key: str) -> np.ndarray:
-    """The strengths of an effect as they stand, in the order of their owners."""
-    each, lane = point.each(model, bench), {run: lane for lane, run in enumerate(bench.run.tolist())}
-    return np.array([each[lane.get(run, 0), number] for number, run in owners(model, bench, key)])
 
 
 def _with_shapes(model: Model, coordinates: np.ndarray, shapes: Mapping[str, np.ndarray]) -> np.ndarray:

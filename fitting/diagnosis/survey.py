@@ -100,7 +100,7 @@ def second_look(
     mates = [other for other in new if traces & {*model.shelf.effects[other].traces}]
     if not mates and not others:
         return []
-    bare = best.refit.stripped(model, [key], tuple(stays))
+    bare = best.refit.stripped(model, [key])
     at = dataclasses.replace(best.refit, free=bare.free)
     seen = [p for p in screen(model, bench, at, shapes=shapes, instead_of=key).promises if p.key in new]
     promises = sorted(seen, key=lambda promise: promise.key not in mates)[: len(mates) + others]

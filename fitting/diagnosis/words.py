@@ -134,10 +134,7 @@ def of_every_run(model: Model, first: str, named: Sequence[str]) -> list[str]:
     out = []
     for key in named:
         strengths = model.shelf.strengths[key]
-        own = [
-            strengths[i].partition(".")[2]
-            for i in np.flatnonzero(np.isin(model.index(*strengths), model.by_run))
-        ]
+        own = [name.partition(".")[2] for name in strengths if model.index(name)[0] in model.by_run]
         if own:
             out.append(
                 f"Every run has {' and '.join(own)} of {key} of its own: given is what {first} has, and in "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +22,7 @@ from fitting.settings import Settings
 from jaxstick.effect import AbstractEffect
 from jaxstick.effects.asymmetric_friction import AsymmetricFriction
 from jaxstick.parts.drive import SineDrive
-from jaxstick.record import DataSet, Noise
+from jaxstick.record import DataSet, Noise, Run
 from tests.fitting.reference_data import NOISE, TRUTH, WRONG, dataset, noisy, own_run
 
 WORKERS = 2
@@ -29,15 +30,18 @@ SUBSTEPS = 16
 UNEVEN = "asymmetric_friction"
 
 
+def noisy_runs(effects: Mapping[float, Mapping[str, AbstractEffect]], seed: int) -> list[Run]:
+    """Noisy runs of the 1987 rig, one at each of these frequencies [Hz], and the effects that act on it."""
+    random = np.random.default_rng(seed)
+    return [
+        noisy(own_run(SineDrive(f, 10.325e-3), effects=dict(own), samples=600, file=f"run-{f}.csv"), random)
+        for f, own in effects.items()
+    ]
+
+
 def grounded(effects: dict[str, AbstractEffect], seed: int) -> tuple[Problem, Model, Ground]:
     """Two noisy runs of the 1987 rig on which these effects act, their model and their ground."""
-    random = np.random.default_rng(seed)
-    runs = [
-        noisy(
-            own_run(SineDrive(f, 10.325e-3), effects=dict(effects), samples=600, file=f"run-{f}.csv"), random
-        )
-        for f in (0.9, 2.1)
-    ]
+    runs = noisy_runs(dict.fromkeys((0.9, 2.1), effects), seed)
     settings = Settings(workers=WORKERS)
     problem = pose(dataset(*runs, assumed=WRONG), settings)
     model = Model(problem, settings.workers)

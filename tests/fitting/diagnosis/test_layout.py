@@ -3,7 +3,6 @@ another in every run."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from typing import NamedTuple
 
@@ -12,15 +11,14 @@ import pytest
 
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contest import Approach, Explanation, contest
-from fitting.diagnosis.layout import GAUGE, Layout, owners
+from fitting.diagnosis.layout import GAUGE, Layout, owners, strengths_of, with_strengths
 from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
 from fitting.diagnosis.screen import screen
 from fitting.diagnosis.words import of_every_run
 from fitting.progress import Silent
 from jaxstick.effects.mains_hum import MainsHum
-from jaxstick.parts.drive import SineDrive
-from tests.fitting.diagnosis.grounded import from_the_truth, laid_out
-from tests.fitting.reference_data import NOISE, TRUTH, dataset, noisy, own_run
+from tests.fitting.diagnosis.grounded import from_the_truth, laid_out, noisy_runs
+from tests.fitting.reference_data import NOISE, TRUTH, dataset
 
 HUM = "mains_hum"
 PHASES = {0.9: (0.3, 0.1), 2.1: (-0.15, 0.275)}
@@ -40,14 +38,7 @@ class Hummed(NamedTuple):
 @pytest.fixture(scope="module")
 def hummed() -> Hummed:
     """Two runs with hum at 50 Hz, and the refit of it that the screening leads to."""
-    random = np.random.default_rng(5)
-    runs = [
-        noisy(
-            own_run(SineDrive(f, 10.325e-3), effects={HUM: MainsHum(*hum)}, samples=600, file=f"run-{f}.csv"),
-            random,
-        )
-        for f, hum in PHASES.items()
-    ]
+    runs = noisy_runs({f: {HUM: MainsHum(*hum)} for f, hum in PHASES.items()}, 5)
     model, bench = laid_out(dataset(*runs))
     nominal = from_the_truth(model, bench, model.together((HUM,)), model.origin(TRUTH))
     seen = screen(model, bench, nominal, own_group=True)
@@ -95,12 +86,21 @@ def test_a_strength_of_every_run_counts_once_for_each(hummed: Hummed):
     assert owners(hummed.model, hummed.bench, "force_gain")[0][1] is None
 
 
+def test_strengths_are_set_as_they_are_read(hummed: Hummed):
+    """Among the coordinates stands the first run's."""
+    model, bench = hummed.model, hummed.bench
+    wanted = np.array([0.1, 0.2, 0.3, 0.4])
+    point = with_strengths(model, bench, hummed.nominal, HUM, wanted)
+    np.testing.assert_array_equal(strengths_of(model, bench, point, HUM), wanted)
+    np.testing.assert_array_equal(point.coordinates[model.index(f"{HUM}.cosine", f"{HUM}.sine")], [0.1, 0.3])
+    assert not hummed.nominal.by_run[:, 1:].any()
+
+
 def test_normal_equations_are_those_of_the_whole_problem(hummed: Hummed):
     """Lanes with a matrix each; put into one large matrix, row by row where their columns belong, they give
     the same equations."""
     model, bench = hummed.model, hummed.bench
-    free = np.concatenate([model.index("C", f"{HUM}.cosine", "D")])
-    layout = Layout.of(model, bench, free)
+    layout = Layout.of(model, bench, model.index("C", f"{HUM}.cosine", "D"))
     random = np.random.default_rng(1)
     lanes = len(bench.run)
     jacobian, residual = random.standard_normal((lanes, 7, 4)), random.standard_normal((lanes, 7))
@@ -145,5 +145,5 @@ def test_the_prior_is_that_of_every_run(hummed: Hummed):
     levels = here.curvature[1:3, 1:3]
     assert levels[0, 0] == pytest.approx(LEVEL_TOLERANCE**-2 + 0.25 * GAUGE**-2)
     lone = Layout.of(model, bench.take(np.flatnonzero(bench.run == 1)), model.index("C"))
-    alone = lone.prior(model, dataclasses.replace(hummed.nominal))
+    alone = lone.prior(model, hummed.nominal)
     assert alone.curvature[1, 1] == pytest.approx(LEVEL_TOLERANCE**-2)
