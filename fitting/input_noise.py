@@ -42,12 +42,8 @@ def input_covariance(problem: Problem, stage: Stage, solution: Solution, seed: i
         for _ in range(DRAWS)
     ]
     lanes = jax.tree.map(lambda *leaves: np.concatenate(leaves), *draws)
-    misfit = Misfit(
-        stage.misfit.hypothesis(solution.coordinates),
-        problem.unknowns,
-        lanes=len(lanes),
-        workers=stage.misfit.workers,
-    )
+    at_best = stage.misfit.hypothesis(solution.coordinates)
+    misfit = Misfit(at_best, problem.unknowns, workers=stage.misfit.workers)
     each = np.broadcast_to(solution.coordinates, (len(lanes), p))
     drawn = reduce(misfit.linearise(lanes, each, np.tile(solution.starts, (DRAWS, 1))), p)
     gradients = drawn.gradient.reshape(DRAWS, -1, p) - settled.gradient

@@ -21,11 +21,13 @@ from jaxstick.hypothesis import Hypothesis
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parameter import find, replace
 from jaxstick.parts.drive import RecordedDrive
-from jaxstick.simulate import Grid, OpenGrid, Trajectory, march
+from jaxstick.simulate import OpenGrid, Trajectory, march
 
-LARGEST_PACK = 512
-ROUND = 32
-"""Packs are of so many lanes or a multiple, so that a program serves data sets of about the same size."""
+ROOMS = (32, 256, 2048)
+"""Programs have room for so many samples a lane, or four times as many as often as it takes, and compute as
+many as there are: few programs serve segments and records of any length."""
+SAMPLES, FEWEST = 4096, 8
+"""So many samples go through a program together, which stay near the core, but no fewer lanes than this."""
 
 Lane = Float[Array | np.ndarray, " lanes"]
 Samples = Float[Array | np.ndarray, "lanes samples"]
@@ -100,15 +102,11 @@ class Pace(NamedTuple):
     reach: Array | int
 
 
-def lane_motion(oscillator: Oscillator, lane: Lanes, start: Array, pace: Pace | None = None) -> Trajectory:
-    """The motion of a lane's oscillator along it from a start, with the lane's own number of steps a sample
-    over all its samples, or at a pace that the program is told."""
+def lane_motion(oscillator: Oscillator, lane: Lanes, start: Array, pace: Pace) -> Trajectory:
+    """The motion of a lane's oscillator along it from a start."""
     origin, interval = jnp.asarray(lane.start_time), jnp.asarray(lane.interval)
     samples = lane.displacement.shape[-1]
-    if pace is None:
-        grid = Grid(origin, interval, samples, lane.substeps)
-    else:
-        grid = OpenGrid(origin, interval, jnp.asarray(pace.substeps), jnp.asarray(pace.reach), samples)
+    grid = OpenGrid(origin, interval, jnp.asarray(pace.substeps), jnp.asarray(pace.reach), samples)
     past = (jnp.asarray(past) for past in (lane.rest, lane.impulse, lane.slid))
     begin = Start(start[0], start[1], start[2], *past)
     return march(oscillator, begin, grid)
@@ -152,26 +150,24 @@ class Followed(NamedTuple):
 class Misfit:
     """Residuals of lanes under a hypothesis, linearised lane by lane in one compiled program.
 
-    Lanes go through the program in packs of one size, several packs at a time on the machine's cores, so
-    that one compilation serves any number of lanes, starts and data sets.
+    Lanes go through the program in packs, several at a time on the machine's cores; one compilation serves
+    any number of lanes, starts and data sets.
     """
 
-    def __init__(self, hypothesis: Hypothesis, unknowns: Unknowns, *, lanes: int, workers: int):
-        """`lanes` is the number that will mostly be asked for: packs are cut so that they share the cores."""
+    def __init__(self, hypothesis: Hypothesis, unknowns: Unknowns, *, workers: int):
         self.unknowns = unknowns
         self._hypothesis = jax.tree.map(np.asarray, hypothesis)
         self._chart = unknowns.chart()
         self.workers = workers
-        rounds = -(-lanes // (workers * LARGEST_PACK))
-        self._pack = -(-lanes // (workers * rounds))
+        self._last: Any = None, None
 
     def linearise(self, lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray) -> Linearisation:
         """Cost, gradient, curvature of every lane; `coordinates` (lanes, unknowns), `starts` (lanes, 3)."""
-        return Linearisation(*self._in_packs(_linearise, lanes, coordinates, starts))
+        return self.follow(lanes, coordinates, starts).linear
 
     def follow(self, lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray) -> Followed:
-        """The linearisation of every lane and where its motion arrives; every lane must be laid out with at
-        least one sample more than count."""
+        """The linearisation of every lane and where its motion arrives, for lanes laid out with at least one
+        sample more than count."""
         cost, gradient, curvature, end, slope = self._in_packs(_follow, lanes, coordinates, starts)
         return Followed(Linearisation(cost, gradient, curvature), end, slope)
 
@@ -179,8 +175,9 @@ class Misfit:
         self, lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Predicted displacement and friction of every lane, each (lanes, samples)."""
+        reach = lanes.displacement.shape[1]
         displacement, friction = self._in_packs(_predict, lanes, coordinates, starts)
-        return displacement, friction
+        return displacement[:, :reach], friction[:, :reach]
 
     def scores(
         self, lanes: Lanes, coordinates: np.ndarray, starts: np.ndarray, blocks: int
@@ -188,8 +185,10 @@ class Misfit:
         """J'r and J'J of the unknowns, the starts eliminated, summed over each of `blocks` equal blocks of
         samples of every lane: (lanes blocks, p) and (lanes blocks, p, p)."""
         each = np.broadcast_to(coordinates, (len(lanes), len(coordinates)))
-        program = functools.partial(_scores, blocks=blocks)
-        score, curvature = self._in_packs(program, lanes, each, starts)
+        room = 2 ** math.ceil(math.log2(blocks))
+        program = functools.partial(_scores, room=room)
+        cut = np.full(len(lanes), blocks)
+        score, curvature = (part[:, :blocks] for part in self._in_packs(program, lanes, each, starts, cut))
         p = len(coordinates)
         return score.reshape(-1, p), curvature.reshape(-1, p, p)
 
@@ -199,57 +198,52 @@ class Misfit:
             return jax.tree.map(np.asarray, self._chart.insert(self._hypothesis, jnp.asarray(coordinates)))
 
     def _in_packs(self, program: Callable[..., Any], lanes: Lanes, *arrays: np.ndarray) -> list[np.ndarray]:
-        count = len(lanes)
-        pack = -(-min(self._pack, -(-count // self.workers)) // ROUND) * ROUND
+        count, samples = len(lanes), lanes.displacement.shape[1]
+        pace, roomy = Pace(lanes.substeps, samples), self._with_room(lanes)
+        pack = max(FEWEST, SAMPLES // roomy.displacement.shape[1])
 
         def run(first: int) -> tuple[np.ndarray, ...]:
             index = np.minimum(np.arange(first, first + pack), count - 1)
+            own = roomy.take(index), pace, *(array[index] for array in arrays)
             with jax.enable_x64(True):
-                out = program(
-                    self._hypothesis, self._chart, lanes.take(index), *(array[index] for array in arrays)
-                )
+                out = program(self._hypothesis, self._chart, *own)
             return tuple(np.asarray(leaf)[: count - first] for leaf in out)
 
         with ThreadPoolExecutor(self.workers) as pool:
             packs = list(pool.map(run, range(0, count, pack)))
         return [np.concatenate(parts) for parts in zip(*packs, strict=True)]
 
+    def _with_room(self, lanes: Lanes) -> Lanes:
+        """The lanes as the program for lanes of their length takes them; those of the last call are kept."""
+        known, roomy = self._last
+        if known is not lanes:
+            roomy = dataclasses.replace(lanes.filled(_room(lanes.displacement.shape[1])), substeps=1)
+            self._last = lanes, roomy
+        return roomy
 
-def _jacobian(
-    hypothesis: Hypothesis, chart: Chart, lane: Lanes, coordinates: Array, start: Array
-) -> tuple[Array, Array]:
-    """Derivative of a lane's residuals with respect to unknowns and start, and the residuals."""
+
+def _room(samples: int) -> int:
+    """The room for so many samples."""
+    room = next((room for room in ROOMS if room >= samples), ROOMS[-1])
+    while room < samples:
+        room *= 4
+    return room
+
+
+def _motion(hypothesis: Hypothesis, chart: Chart, lane: Lanes, pace: Pace, point: Array) -> Trajectory:
+    """The motion of a lane at its unknowns, followed by its start."""
     n = len(chart.names)
-
-    def residual(point: Array) -> tuple[Array, Array]:
-        motion = lane_motion(lane_oscillator(chart.insert(hypothesis, point[:n]), lane), lane, point[n:])
-        value = lane_residual(lane, motion, point[n:])
-        return value, value
-
-    return jax.jacfwd(residual, has_aux=True)(jnp.concatenate([coordinates, start]))
-
-
-@functools.partial(jax.jit, compiler_options=QUICKLY)
-def _linearise(
-    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array
-) -> tuple[Array, Array, Array]:
-    def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array, Array]:
-        jacobian, value = _jacobian(hypothesis, chart, lane, coordinates, start)
-        return value @ value, value @ jacobian, jacobian.T @ jacobian
-
-    return jax.vmap(one)(lanes, coordinates, starts)
+    return lane_motion(lane_oscillator(chart.insert(hypothesis, point[:n]), lane), lane, point[n:], pace)
 
 
 @functools.partial(jax.jit, compiler_options=QUICKLY)
 def _follow(
-    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array
+    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, pace: Pace, coordinates: Array, starts: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
-    n = len(chart.names)
-
     def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array, Array, Array, Array]:
         def both(point: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-            motion = lane_motion(lane_oscillator(chart.insert(hypothesis, point[:n]), lane), lane, point[n:])
-            values = lane_residual(lane, motion, point[n:]), lane_end(lane, motion)
+            motion = _motion(hypothesis, chart, lane, pace, point)
+            values = lane_residual(lane, motion, point[len(chart.names) :]), lane_end(lane, motion)
             return values, values
 
         (jacobian, slope), (value, end) = jax.jacfwd(both, has_aux=True)(
@@ -260,31 +254,43 @@ def _follow(
     return jax.vmap(one)(lanes, coordinates, starts)
 
 
-@functools.partial(jax.jit, static_argnames="blocks", compiler_options=QUICKLY)
+@functools.partial(jax.jit, static_argnames="room", compiler_options=QUICKLY)
 def _scores(
-    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array, *, blocks: int
+    hypothesis: Hypothesis,
+    chart: Chart,
+    lanes: Lanes,
+    pace: Pace,
+    coordinates: Array,
+    starts: Array,
+    blocks: Array,
+    *,
+    room: int,
 ) -> tuple[Array, Array]:
     n = len(chart.names)
-    samples = lanes.displacement.shape[-1]
-    member = jnp.arange(samples) * blocks // samples
-    member = jnp.concatenate([member, member, jnp.zeros(3, member.dtype)])
+    place = jnp.arange(lanes.displacement.shape[-1])
 
-    def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array]:
-        jacobian, value = _jacobian(hypothesis, chart, lane, coordinates, start)
+    def one(lane: Lanes, coordinates: Array, start: Array, blocks: Array) -> tuple[Array, Array]:
+        def residual(point: Array) -> tuple[Array, Array]:
+            value = lane_residual(lane, _motion(hypothesis, chart, lane, pace, point), point[n:])
+            return value, value
+
+        jacobian, value = jax.jacfwd(residual, has_aux=True)(jnp.concatenate([coordinates, start]))
         own, of_start = jacobian[:, :n], jacobian[:, n:]
         own = own - of_start @ jnp.linalg.solve(of_start.T @ of_start, of_start.T @ own)
-        score = jax.ops.segment_sum(own * value[:, None], member, blocks)
-        return score, jax.ops.segment_sum(own[:, :, None] * own[:, None, :], member, blocks)
+        member = place * blocks // pace.reach
+        member = jnp.concatenate([member, member, jnp.zeros(3, member.dtype)])
+        score = jax.ops.segment_sum(own * value[:, None], member, room)
+        return score, jax.ops.segment_sum(own[:, :, None] * own[:, None, :], member, room)
 
-    return jax.vmap(one)(lanes, coordinates, starts)
+    return jax.vmap(one)(lanes, coordinates, starts, blocks)
 
 
 @functools.partial(jax.jit, compiler_options=QUICKLY)
 def _predict(
-    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, coordinates: Array, starts: Array
+    hypothesis: Hypothesis, chart: Chart, lanes: Lanes, pace: Pace, coordinates: Array, starts: Array
 ) -> tuple[Array, Array]:
     def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array]:
-        motion = lane_motion(lane_oscillator(chart.insert(hypothesis, coordinates), lane), lane, start)
+        motion = _motion(hypothesis, chart, lane, pace, jnp.concatenate([coordinates, start]))
         return motion.displacement, motion.friction
 
     return jax.vmap(one)(lanes, coordinates, starts)

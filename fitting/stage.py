@@ -65,7 +65,7 @@ def stage(
     chosen = problem.chosen
     number = steps(problem, group, k1, settings)
     lanes = lay_out(chosen, segments, problem.dataset.rig, problem.scale.force, number)
-    misfit = Misfit(problem.hypothesis, problem.unknowns, lanes=len(lanes), workers=settings.workers)
+    misfit = Misfit(problem.hypothesis, problem.unknowns, workers=settings.workers)
     cluster = CLUSTER_PERIODS * problem.period
     span = max((segment.last - segment.first) * chosen[segment.run].run.interval for segment in segments)
     blocks = max(1, round(span / cluster))
