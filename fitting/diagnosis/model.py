@@ -25,7 +25,9 @@ from jaxstick.parameter import Place, find, parameters
 
 GROUP = 8
 """So many effects at most share a program: the more, the fewer programs, and the longer each takes to run."""
-PACK = 48
+PACK = 16
+"""So many lanes go through a program together: with more, small data sets fill packs with lanes that do not
+count; with fewer, all take longer."""
 ROOMS = (256, 1024)
 """Programs are compiled for lanes of so many samples, of which they compute as many as there are."""
 FAR, STRENGTH_FREEDOM = 40.0, 10.0
