@@ -1,4 +1,5 @@
-"""Which effect: what the survey found, pairs where no single effect suffices, and all of them weighed."""
+"""Which effect: what the survey found, pairs where one effect leaves more than noise, and all of them
+weighed."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ import numpy as np
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import NOTABLE, carried, free_under
 from fitting.diagnosis.contest import Explanation, best_of, contest
-from fitting.diagnosis.judge import Account, Judgement, hints, judge, leaves_nothing, suffices
+from fitting.diagnosis.judge import Account, Judgement, hints, judge, leaves_nothing, passes_for_noise
 from fitting.diagnosis.layout import owners
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
@@ -26,7 +27,8 @@ SECONDS, FINAL_PAIRS = 5, 3
 """So many effects are tried beside each of the `LEADERS`, and so many of these to the end."""
 LEADERS = 2
 PROMISING = 20.0
-"""Where one effect suffices, a second is sought only if its score is so many times what scores vary by."""
+"""Where what one effect leaves passes for noise, a second is sought only if its score is so many times what
+scores vary by: where only few segments show it, no score can be."""
 INSTEAD = 3
 """So many effects are tried in the place of each of the two of the best pair."""
 CARRIED = 8
@@ -60,7 +62,7 @@ class Attribution:
 
 
 def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> Attribution:
-    """Looks for pairs where no single effect suffices, and weighs all explanations."""
+    """Looks for pairs where one effect leaves more than noise, and weighs all explanations."""
     nominal, first, found, floor = seen.nominal, seen.screen, list(seen.found), seen.floor
     if wanders(nominal) and not seen.suffices:
         still = _with_still_friction(model, bench, nominal, first.shapes, progress)
@@ -72,7 +74,7 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
     alone = leaves_nothing(*left)
     around = screen(model, bench, leader.refit, own_group=alone, shapes=[] if alone else first.shapes)
     promising = any(promise.standing > PROMISING for promise in around.promises)
-    if not alone and hints(*left) and (promising or not suffices(*left)):
+    if not alone and hints(*left) and (promising or not passes_for_noise(left[1])):
         pairs = _pairs(model, bench, found, around, first.shapes, progress)
         found = best_of([*found, *pairs, *each_alone(model, bench, found, pairs, first)])
     return _weighed(model, bench, nominal, found, first, around.inflation, floor)

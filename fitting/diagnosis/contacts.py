@@ -157,4 +157,4 @@ def free_under(fit: Refit, model: Model, other: Model) -> np.ndarray:
     """What is free under the other model: what is free there under every hypothesis, and the unknowns of the
     fit's effects, as many as the program has columns for."""
     own = [model.names[i] for i in fit.free if model.names[i] not in model.common]
-    return within_columns(other.nuisances(), other.index(*own))
+    return within_columns(other, other.nuisances(), other.index(*own))

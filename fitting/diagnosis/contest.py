@@ -68,7 +68,7 @@ def contest(
     heat = bench.take(few)
     points, frees, promised = [], [], []
     for promise in promises:
-        free = within_columns(base.free, model.of(promise.key))
+        free = within_columns(model, base.free, model.of(promise.key))
         keys = model.together(base.point.keys, promise.key)
         begins = [(promise, share) for share in approach.shares]
         if promise.second is not None:

@@ -134,7 +134,7 @@ def _named(found: Attribution) -> Explanation | None:
     named = found.judgement.named
     if not named:
         return None
-    wanted = set(named) if found.judgement.verdict == "several" else {named[0]}
+    wanted = set(named[:2]) if found.judgement.verdict == "several" else {named[0]}
     return next(e for e in found.explanations if set(e.keys) == wanted)
 
 

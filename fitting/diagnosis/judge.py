@@ -44,13 +44,14 @@ noise:"""
 CLEAN = 1.2
 """no larger misfit than this, which passes for noise,"""
 REST = 0.3
-"""and at most this share of the excess that the first leaves alone: what mends a shape mends it in part."""
+"""and at most this share of the excess that the first leaves alone: what mends a shape mends it in part. What
+a second effect adds counts against no more than this share either."""
 SUFFICES = 0.01
 NEXT_TO_NOISE = 1.1
 """One effect suffices where it leaves less than this share of the excess, or less than this misfit;"""
 HINT = 0.1
 """Two effects are not sought where none takes away as much as this share of the excess alone;"""
-NOTHING = 0.003
+NOTHING = 0.0005
 NOISE = 1.03
 """it leaves nothing to a second one below these."""
 UNLISTED_FLOOR = 1.1
@@ -61,6 +62,9 @@ DOUBT = 0.03
 in which one was taken for all but certain (0.996), four were wrong."""
 ENOUGH = 0.9
 NOTABLE = 0.1
+AS_LIKELY = 0.5
+"""An effect is named beside two that act together where in the place of one of them it is at least so many
+times as likely."""
 MOST_NAMED = 4
 REFUTED = 0.1
 """The share of its probability that an effect keeps when what took no part speaks against it."""
@@ -83,7 +87,8 @@ class Account:
 @dataclasses.dataclass(frozen=True)
 class Judgement:
     """Probabilities of explanations (by their keys joined with +), of "none" and "unlisted"; those of single
-    effects, a pair's shared between its two; the verdict and what it names."""
+    effects, a pair's shared between its two; the verdict and what it names: of "several" first the two that
+    act together, then what may act in the place of one of them."""
 
     explanations: Mapping[str, float]
     effects: Mapping[str, float]
@@ -111,9 +116,11 @@ def judge(
 
     excess = max(nominal - 1.0, 0.0)
 
+    def evidence(misfit: float, soft: float) -> float:
+        return -0.5 * pieces * math.log(max(misfit, 1e-3) + soft)
+
     def weight(misfit: float, parameters: int, prior: float) -> float:
-        evidence = -0.5 * pieces * math.log(max(misfit, 1e-3) + SOFT * excess)
-        return evidence - price * parameters + math.log(prior)
+        return evidence(misfit, SOFT * excess) - price * parameters + math.log(prior)
 
     unlisted = UNLISTED_FLOOR + UNLISTED_SHARE * max(nominal - UNLISTED_FLOOR, 0.0)
     names = [NONE, UNLISTED]
@@ -125,12 +132,15 @@ def judge(
     alone = min((account.misfit for account in accounts if len(account.keys) == 1), default=nominal)
     enough = alone < 1 + OTHER_SHAPE * excess
     clean = min(CLEAN, 1 + REST * (alone - 1))
+    soft = min(SOFT * excess, REST * max(alone - 1.0, 0.0))
     for account in accounts:
-        single = len(account.keys) == 1
-        prior = PRIOR["single"] / len(shelf) if single else PRIOR["pair"] / pairs
-        needless = enough and not single and account.misfit > clean
         names.append("+".join(account.keys))
-        logs.append(weight(alone if needless else account.misfit, account.parameters, prior))
+        if len(account.keys) == 1:
+            logs.append(weight(account.misfit, account.parameters, PRIOR["single"] / len(shelf)))
+        else:
+            needless = enough and account.misfit > clean
+            more = 0.0 if needless else evidence(account.misfit, soft) - evidence(alone, soft)
+            logs.append(weight(alone, account.parameters, PRIOR["pair"] / pairs) + more)
     logs = _levelled(names, logs, accounts, ALIKE * excess, aliases or {})
     share = np.exp(np.array(logs) - max(logs))
     share = (1 - DOUBT) * share / share.sum() + DOUBT / len(share)
@@ -164,29 +174,51 @@ def _levelled(
     difference: float,
     aliases: Mapping[str, Collection[str]],
 ) -> list[float]:
-    """The weights, those of aliases that explain the records alike shared equally among them."""
-    misfit = {account.keys[0]: account.misfit for account in accounts if len(account.keys) == 1}
-    weight = dict(zip(names, logs, strict=True))
+    """The weights, those of explanations that differ by aliases and explain the records alike shared equally
+    among them."""
+    misfit = {frozenset(account.keys): account.misfit for account in accounts}
+    weight = {frozenset(name.split("+")): log for name, log in zip(names, logs, strict=True)}
     out = []
-    for name, log in weight.items():
-        mates = [
+    for keys, log in weight.items():
+        mates = {
             other
-            for other in aliases.get(name, ())
-            if other in misfit and name in misfit and abs(misfit[other] - misfit[name]) < difference
-        ]
+            for key in keys
+            for alias in aliases.get(key, ())
+            if (other := keys - {key} | {alias}) in misfit
+            and len(other) == len(keys)
+            and abs(misfit[other] - misfit[keys]) < difference
+        }
         same = [log, *(weight[other] for other in mates)]
         out.append(float(np.logaddexp.reduce(same)) - math.log(len(same)))
     return out
 
 
+def alternatives(explanations: Mapping[str, float], pair: Sequence[str]) -> dict[str, str]:
+    """What may act in the place of one of two effects that act together, the likeliest first, with the one
+    whose place it takes."""
+    likely = AS_LIKELY * explanations["+".join(pair)]
+    found = {}
+    for name in sorted(explanations, key=lambda name: -explanations[name]):
+        keys = set(name.split("+"))
+        if len(keys) == 2 and len(keys & {*pair}) == 1 and explanations[name] > likely:
+            ((other,), (gone,)) = keys - {*pair}, {*pair} - keys
+            found.setdefault(other, gone)
+    return found
+
+
 def suffices(nominal: float, alone: float) -> bool:
     """Whether one effect leaves so little of the excess that the model needs no other contact."""
-    return alone < max(NEXT_TO_NOISE, 1 + SUFFICES * (nominal - 1))
+    return passes_for_noise(alone) or alone < 1 + SUFFICES * (nominal - 1)
 
 
 def hints(nominal: float, alone: float) -> bool:
     """Whether the best effect takes away enough of the excess for a second to be sought beside it."""
     return nominal - alone > HINT * (nominal - 1)
+
+
+def passes_for_noise(alone: float) -> bool:
+    """Whether what one effect leaves may be noise alone."""
+    return alone < NEXT_TO_NOISE
 
 
 def leaves_nothing(nominal: float, alone: float) -> bool:
@@ -215,7 +247,8 @@ def verdict_of(explanations: Mapping[str, float]) -> tuple[Verdict, tuple[str, .
     if leader == UNLISTED:
         return "unlisted", ()
     if "+" in leader:
-        return "several", tuple(leader.split("+"))
+        pair = leader.split("+")
+        return "several", (*pair, *alternatives(explanations, pair))
     named, covered = [], 0.0
     for name in sorted(singles, key=lambda name: -singles[name]):
         if covered > ENOUGH * sum(singles.values()) or singles[name] < NOTABLE * singles[leader]:

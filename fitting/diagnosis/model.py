@@ -172,6 +172,10 @@ class Model:
         """The places of what is free under every hypothesis."""
         return self.index(*self.common)
 
+    def of_rig(self) -> np.ndarray:
+        """The places of what the rig may differ by within its tolerance."""
+        return self.index(*(name for name in self.common if name.startswith(RIG)))
+
     def free_effects(self, free: np.ndarray) -> tuple[str, ...]:
         """The effects that have a parameter among these unknowns."""
         names = {self.names[i].partition(".")[0] for i in free}

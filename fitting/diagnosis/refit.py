@@ -133,9 +133,15 @@ def chosen_columns(free: np.ndarray, level: int, lanes: int) -> np.ndarray:
     return np.tile(row, (lanes, 1))
 
 
-def within_columns(*unknowns: np.ndarray) -> np.ndarray:
-    """Unknowns that are to be free, as many as the program has columns for beside the level of friction."""
-    return np.concatenate(unknowns)[: COLUMNS - 1]
+def within_columns(model: Model, *unknowns: np.ndarray) -> np.ndarray:
+    """Unknowns that are to be free, as many as the program has columns for beside the level of friction.
+
+    Where there are more, what the rig has within its tolerance stays as it was found before, the mass first.
+    """
+    free = np.concatenate(unknowns)
+    spare = [number for number in model.of_rig().tolist() if number in free]
+    free = free[~np.isin(free, spare[: max(0, len(free) - (COLUMNS - 1))])]
+    return free[: COLUMNS - 1]
 
 
 def job(model: Model, bench: Bench, point: Point, chosen: np.ndarray | None = None) -> Job:

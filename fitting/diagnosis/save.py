@@ -41,6 +41,8 @@ def _origin(diagnosis: Diagnosis, dataset: DataSet) -> Iterator[str]:
         yield (
             f"These records cannot tell {', '.join(diagnosis.named)} apart; the likeliest, {taken}, is taken."
         )
+    elif len(diagnosis.named) > len(diagnosis.effects):
+        yield f"It holds {' and '.join(diagnosis.effects)}, the likeliest two of what the verdict names."
     yield (
         f"The gap on what took no part falls from {closure.before:.3g} to {closure.after:.3g} standard "
         "deviations of the noise with it."

@@ -12,7 +12,7 @@ from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.findings import Closure, Where
 from fitting.diagnosis.ground import Ground
-from fitting.diagnosis.judge import Judgement
+from fitting.diagnosis.judge import Judgement, alternatives
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.shrink import Split
 from fitting.problem import Problem
@@ -40,7 +40,12 @@ def sentence(model: Model, judgement: Judgement, shrunk: Closure, where: Where) 
         p = judgement.effects[judgement.named[0]]
         return f"The gap comes from {titles[0]}, with probability {p:.2f}; {closed}."
     if judgement.verdict == "several":
-        return f"{' and '.join(titles)} act together; {closed.replace('it closes', 'together they close')}."
+        together = closed.replace("it closes", "together they close")
+        instead = "".join(
+            f"; in the place of {other} these records would have {_title(model, key)} as well"
+            for key, other in alternatives(judgement.explanations, judgement.named[:2]).items()
+        )
+        return f"{' and '.join(titles[:2])} act together; {together}{instead}."
     return (
         f"These records cannot tell {', '.join(titles[:-1])} from {titles[-1]}; "
         f"{closed.replace('it closes', 'the likeliest closes')}."

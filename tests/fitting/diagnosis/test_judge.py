@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from fitting.diagnosis.judge import (
     LEAST_INFLATION,
     Account,
+    alternatives,
     hints,
     judge,
     leaves_nothing,
@@ -103,9 +104,35 @@ def test_a_small_second_effect_is_named_where_it_takes_nearly_all_that_is_left()
         assert found.verdict == verdict
 
 
+def test_a_second_effect_counts_by_its_share_of_what_the_first_leaves():
+    """And not by its share of a gap that the first has closed but for the noise."""
+    pair = Account((SHELF[0], SHELF[1]), 1.03, 2)
+    found = judge(150.0, [account(0, 1.35), account(1, 140.0), pair], SAMPLES, 3.0, SHELF)
+    assert (found.verdict, set(found.named)) == ("several", {SHELF[0], SHELF[1]})
+    half = Account((SHELF[0], SHELF[1]), 1.18, 2)
+    found = judge(150.0, [account(0, 1.35), account(1, 140.0), half], SAMPLES, 3.0, SHELF)
+    assert (found.verdict, found.named) == ("effect", (SHELF[0],))
+
+
+def test_aliases_are_left_open_beside_another_effect():
+    """Named first are two that act together, then what may act in the place of one."""
+    singles = [account(0, 6.0), account(1, 9.0), account(2, 9.1)]
+    pairs = [Account((SHELF[0], SHELF[1]), 1.02, 2), Account((SHELF[2], SHELF[0]), 1.06, 2)]
+    aliases = {SHELF[1]: [SHELF[2]], SHELF[2]: [SHELF[1]]}
+    found = judge(20.0, [*singles, *pairs], SAMPLES, 1.5, SHELF, aliases)
+    assert found.verdict == "several" and set(found.named) == {*SHELF[:3]}
+    assert SHELF[0] in found.named[:2]
+    place = {SHELF[1]: SHELF[2], SHELF[2]: SHELF[1]}[found.named[2]]
+    assert alternatives(found.explanations, found.named[:2]) == {found.named[2]: place}
+    assert found.effects[SHELF[1]] == pytest.approx(found.effects[SHELF[2]], rel=0.01)
+    told = judge(20.0, [*singles, *pairs], SAMPLES, 1.5, SHELF)
+    assert set(told.named) == {SHELF[0], SHELF[1]}
+    assert not alternatives(told.explanations, told.named)
+
+
 def test_what_suffices_may_still_leave_something_to_a_second_effect():
     assert suffices(4.0, 1.09) and not leaves_nothing(4.0, 1.09)
-    assert leaves_nothing(4.0, 1.02) and leaves_nothing(400.0, 2.0)
+    assert leaves_nothing(4.0, 1.02) and leaves_nothing(400.0, 1.15)
     assert not suffices(4.0, 1.2) and not leaves_nothing(400.0, 3.0)
 
 
