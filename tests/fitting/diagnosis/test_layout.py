@@ -13,6 +13,8 @@ from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contest import Approach, Explanation, contest
 from fitting.diagnosis.layout import GAUGE, Layout, owners, strengths_of, with_strengths
 from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
+from fitting.diagnosis.programs import COLUMNS
+from fitting.diagnosis.refit import within_columns
 from fitting.diagnosis.screen import screen
 from fitting.diagnosis.words import of_every_run
 from fitting.progress import Silent
@@ -94,6 +96,19 @@ def test_strengths_are_set_as_they_are_read(hummed: Hummed):
     np.testing.assert_array_equal(strengths_of(model, bench, point, HUM), wanted)
     np.testing.assert_array_equal(point.coordinates[model.index(f"{HUM}.cosine", f"{HUM}.sine")], [0.1, 0.3])
     assert not hummed.nominal.by_run[:, 1:].any()
+
+
+def test_shapes_of_effects_go_before_the_tolerance_of_the_rig(hummed: Hummed):
+    """Where there are more unknowns than columns; constants of friction are never given up."""
+    model = hummed.model
+    first, second = model.of("stiffness_error"), model.of("force_table_compliance")
+    fits = within_columns(model, model.nuisances(), first)
+    np.testing.assert_array_equal(fits, [*model.nuisances(), *first])
+    free = within_columns(model, fits, second)
+    assert len(free) == COLUMNS - 1 < len(fits) + len(second)
+    assert {*first, *second, *model.index(*model.constants)} <= {*free}
+    gone = {*fits, *second} - {*free}
+    assert gone == {*model.of_rig()[: len(gone)]}
 
 
 def test_normal_equations_are_those_of_the_whole_problem(hummed: Hummed):
