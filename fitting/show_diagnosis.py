@@ -68,8 +68,7 @@ def _answers(content: Mapping[str, Any]) -> list[tuple[str, str]]:
             found = largest({name: share for name, share in where[kind].items() if share is not None})
             if found is not None:
                 answers.append((f"where: {kind}", f"{found[0]}, {percent(found[1])} of the excess"))
-    joint = " or " if content["verdict"] == "ambiguous" else " with "
-    answers.append(("which", joint.join(content["named"]) or content["verdict"]))
+    answers.append(("which", _named(content)))
     gaps = [
         f"{label} {number(gap[key])}"
         for key, label in (
@@ -85,6 +84,16 @@ def _answers(content: Mapping[str, Any]) -> list[tuple[str, str]]:
     judged = listed(gap["held_out"]) or "the records"
     answers.append(("judged on", f"segments of {judged}" if gap["by_segments"] else judged))
     return answers
+
+
+def _named(content: Mapping[str, Any]) -> str:
+    """What is named: what cannot be told apart, or two together and what may be in the place of one."""
+    named = content["named"]
+    if content["verdict"] != "several":
+        return " or ".join(named) or content["verdict"]
+    together = " with ".join(key for key in named if key in content["effects"])
+    instead = " or ".join(key for key in named if key not in content["effects"])
+    return f"{together}, or {instead} in the place of one" if instead else together
 
 
 def _closed(content: Mapping[str, Any]) -> str:

@@ -62,7 +62,7 @@ DOUBT = 0.03
 in which one was taken for all but certain (0.996), four were wrong."""
 ENOUGH = 0.9
 NOTABLE = 0.1
-AS_LIKELY = 0.5
+AS_LIKELY = 0.9
 """An effect is named beside two that act together where in the place of one of them it is at least so many
 times as likely."""
 MOST_NAMED = 4

@@ -11,7 +11,7 @@ from click.testing import CliRunner, Result
 from fitting import cli
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.verbs import diagnose as verb
-from tests.fitting.diagnosis.fabricated import RIVAL, TRUTH, nothing_found
+from tests.fitting.diagnosis.fabricated import LOOK_ALIKE, RIVAL, TRUTH, nothing_found
 
 
 def jaxstick(*args: object) -> Result:
@@ -95,6 +95,23 @@ def test_other_verdicts_in_the_terminal(change, said, unsaid, diagnosis, tiny_fo
     assert result.exit_code == 0, result.stderr
     assert not (tmp_path / "out" / "corrected_rig.toml").exists()
     assert said in result.stdout and unsaid not in result.stdout and "nan" not in result.stdout
+
+
+@pytest.mark.parametrize("more", [(), (LOOK_ALIKE,)])
+def test_two_together_in_the_terminal(more, diagnosis, tiny_folder, tmp_path, monkeypatch):
+    found = dataclasses.replace(
+        diagnosis,
+        verdict="several",
+        named=(TRUTH, RIVAL, *more),
+        effects={TRUTH: diagnosis.effects[TRUTH], RIVAL: diagnosis.effects[TRUTH]},
+        traces=diagnosis.traces[:1],
+        correction=None,
+    )
+    monkeypatch.setattr(verb, "run_diagnosis", lambda *_: found)
+    result = jaxstick("diagnose", tiny_folder, "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.stderr
+    assert f"{TRUTH} with {RIVAL}" in result.stdout
+    assert (f"or {LOOK_ALIKE} in the place of one" in result.stdout) == bool(more)
 
 
 @pytest.mark.parametrize(
