@@ -16,7 +16,7 @@ demo: $(READY)
 	@$(BIN)/jaxstick fit data/rig1987 --out $(DEMO) --overwrite
 
 test: lint
-	@$(BIN)/python -m pytest -q -n auto --dist loadfile --no-loadscope-reorder
+	@$(BIN)/python -m pytest -q -n auto --dist loadfile --no-loadscope-reorder --durations 12
 
 lint: $(READY)
 	@$(BIN)/ruff check --quiet --output-format concise .
