@@ -52,6 +52,11 @@ class Attribution:
     floor: float
 
     @property
+    def shows_no_gap(self) -> bool:
+        """Whether the nominal model leaves what passes for noise."""
+        return passes_for_noise(self.nominal.misfit / self.floor)
+
+    @property
     def asks_for_a_contact(self) -> bool:
         """Whether two effects explain far more than one, beside which contacts have been tried, and still
         leave notably more than what no model gets below."""

@@ -17,7 +17,7 @@ from fitting.diagnosis.detection import limits
 from fitting.diagnosis.estimates import estimates
 from fitting.diagnosis.findings import Diagnosis, Trace
 from fitting.diagnosis.ground import Ground, ground, resolved
-from fitting.diagnosis.judge import refuted
+from fitting.diagnosis.judge import NONE, UNLISTED, refuted
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.other_contact import beside_a_pair, beside_single_effects
@@ -32,6 +32,7 @@ from fitting.diagnosis.shrink import (
     part,
     refutes,
     split,
+    worsens,
 )
 from fitting.diagnosis.survey import survey
 from fitting.diagnosis.words import advice, notes, refutation, sentence, steps_taken
@@ -82,9 +83,11 @@ def diagnose(
     shrunk = closure(problem, model, base.bench, held, _fits(found, named), base.point.own, settings.seed)
     progress.advance()
     doubts: tuple[str, ...] = ()
-    if named is not None and refutes(shrunk):
+    open_still = refutes(shrunk)
+    if named is not None and (open_still or (found.shows_no_gap and worsens(shrunk))):
         doubts = (refutation(named.keys, shrunk),)
-        found, named = dataclasses.replace(found, judgement=refuted(found.judgement)), None
+        judgement = refuted(found.judgement, UNLISTED if open_still else NONE)
+        found, named = dataclasses.replace(found, judgement=judgement), None
         shrunk = left_open(shrunk)
     before, after = _finally(model, base, held, found, named)
     progress.advance()

@@ -153,17 +153,17 @@ def judge(
     return Judgement(explanations, effects, verdict, named)
 
 
-def refuted(judgement: Judgement) -> Judgement:
+def refuted(judgement: Judgement, heir: str = UNLISTED) -> Judgement:
     """The judgement once runs that took no part have spoken against the effects that it names: what was
-    likely of effects is so of "unlisted", but for a tenth."""
-    explanations = _doubted(judgement.explanations)
+    likely of effects is so of the heir, "unlisted" or "none", but for a tenth."""
+    explanations = _doubted(judgement.explanations, heir)
     verdict, named = verdict_of(explanations)
-    return Judgement(explanations, _doubted(judgement.effects), verdict, named)
+    return Judgement(explanations, _doubted(judgement.effects, heir), verdict, named)
 
 
-def _doubted(shares: Mapping[str, float]) -> dict[str, float]:
+def _doubted(shares: Mapping[str, float], heir: str) -> dict[str, float]:
     doubted = {name: p if name in (NONE, UNLISTED) else REFUTED * p for name, p in shares.items()}
-    doubted[UNLISTED] += 1 - sum(doubted.values())
+    doubted[heir] += 1 - sum(doubted.values())
     return doubted
 
 
@@ -216,9 +216,9 @@ def hints(nominal: float, alone: float) -> bool:
     return nominal - alone > HINT * (nominal - 1)
 
 
-def passes_for_noise(alone: float) -> bool:
-    """Whether what one effect leaves may be noise alone."""
-    return alone < NEXT_TO_NOISE
+def passes_for_noise(misfit: float) -> bool:
+    """Whether what an explanation leaves may be noise alone."""
+    return misfit < NEXT_TO_NOISE
 
 
 def leaves_nothing(nominal: float, alone: float) -> bool:

@@ -133,6 +133,11 @@ def refutes(shrunk: Closure) -> bool:
     return shrunk.before > GAPING * shrunk.floor and shrunk.interval[1] < OPEN
 
 
+def worsens(shrunk: Closure) -> bool:
+    """Whether what is named makes it worse on what took no part, where there is no gap to be closed."""
+    return shrunk.before <= GAPING * shrunk.floor and shrunk.after > shrunk.before
+
+
 def left_open(shrunk: Closure) -> Closure:
     """The same gaps with nothing named."""
     return dataclasses.replace(

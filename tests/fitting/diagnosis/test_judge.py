@@ -78,6 +78,16 @@ def test_what_other_runs_refute_is_unlisted():
         assert after[SHELF[0]] == pytest.approx(0.1 * before[SHELF[0]])
 
 
+def test_what_other_runs_do_not_call_for_is_none():
+    """Scores that are too high for chance and too small to matter: what was the effects' goes to "none"."""
+    found = judge(0.968, [account(0, 0.9636), account(1, 0.9674, 3)], SAMPLES, 1.0, SHELF)
+    assert (found.verdict, found.named) == ("effect", (SHELF[0],))
+    doubted = refuted(found, "none")
+    assert (doubted.verdict, doubted.named) == ("none", ())
+    assert doubted.effects["unlisted"] == found.effects["unlisted"]
+    assert sum(doubted.effects.values()) == pytest.approx(1.0)
+
+
 def test_a_pair_is_named_where_one_alone_leaves_a_gap():
     pair = Account((SHELF[0], SHELF[1]), 1.02, 2)
     found = judge(20.0, [account(0, 6.0), account(1, 9.0), pair], SAMPLES, 1.5, SHELF)

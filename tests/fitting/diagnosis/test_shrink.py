@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from fitting.diagnosis.findings import Closure
-from fitting.diagnosis.shrink import left_open, refutes
+from fitting.diagnosis.shrink import left_open, refutes, worsens
 
 CLOSED = Closure(6.6, 1.1, 1.0, 14.0, 0.98, (0.95, 1.0), -0.02, 0.4, ("run-02.csv",), False)
 
@@ -27,6 +27,16 @@ CLOSED = Closure(6.6, 1.1, 1.0, 14.0, 0.98, (0.95, 1.0), -0.02, 0.4, ("run-02.cs
 def test_a_gap_that_stays_open_refutes(before, floor, closed, interval, refuted):
     shrunk = dataclasses.replace(CLOSED, before=before, floor=floor, closed=closed, interval=interval)
     assert refutes(shrunk) is refuted
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "worse"),
+    [(0.990, 0.994, True), (0.994, 0.990, False), (1.4, 1.41, True), (6.6, 6.7, False)],
+    ids=["noise, more of it", "noise, less of it", "hardly a gap", "a gap"],
+)
+def test_what_makes_noise_no_less_worsens(before, after, worse):
+    """A gap that stays open is another matter."""
+    assert worsens(dataclasses.replace(CLOSED, before=before, after=after)) is worse
 
 
 def test_with_nothing_named_nothing_closes():
