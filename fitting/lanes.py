@@ -72,8 +72,9 @@ class Lanes(eqx.Module):
         return jax.tree.map(lambda leaf: np.asarray(leaf)[index], self)
 
     def filled(self, samples: int) -> Lanes:
-        """The lanes filled up to so many samples, of which those that are new do not count, and the drive to
-        as many pieces, or a power of two times as many."""
+        """The lanes as a program with room for so many samples takes them, at the pace that they have now:
+        samples that are new do not count, and the drive has as many pieces, or a power of two times as many.
+        """
         have = self.displacement.shape[1]
         pieces = np.asarray(self.drive.base).shape[1]
         finer = 2 ** math.ceil(math.log2(max(1.0, pieces / (have - 1))))
@@ -81,7 +82,11 @@ class Lanes(eqx.Module):
         arrays = {
             name: np.pad(np.asarray(getattr(self, name)), [(0, 0), (0, samples - have)]) for name in sampled
         }
-        return dataclasses.replace(self, drive=self.drive.continued(samples * finer), **arrays)
+        return dataclasses.replace(self, drive=self.drive.continued(samples * finer), substeps=1, **arrays)
+
+    def pace(self) -> Pace:
+        """The pace of the lanes as they are laid out."""
+        return Pace(self.substeps, self.displacement.shape[1])
 
 
 def lane_oscillator(hypothesis: Hypothesis, lane: Lanes) -> Oscillator:
@@ -185,10 +190,8 @@ class Misfit:
         """J'r and J'J of the unknowns, the starts eliminated, summed over each of `blocks` equal blocks of
         samples of every lane: (lanes blocks, p) and (lanes blocks, p, p)."""
         each = np.broadcast_to(coordinates, (len(lanes), len(coordinates)))
-        room = 2 ** math.ceil(math.log2(blocks))
-        program = functools.partial(_scores, room=room)
-        cut = np.full(len(lanes), blocks)
-        score, curvature = (part[:, :blocks] for part in self._in_packs(program, lanes, each, starts, cut))
+        program = functools.partial(_scores, blocks=blocks, room=2 ** math.ceil(math.log2(blocks)))
+        score, curvature = (part[:, :blocks] for part in self._in_packs(program, lanes, each, starts))
         p = len(coordinates)
         return score.reshape(-1, p), curvature.reshape(-1, p, p)
 
@@ -198,8 +201,7 @@ class Misfit:
             return jax.tree.map(np.asarray, self._chart.insert(self._hypothesis, jnp.asarray(coordinates)))
 
     def _in_packs(self, program: Callable[..., Any], lanes: Lanes, *arrays: np.ndarray) -> list[np.ndarray]:
-        count, samples = len(lanes), lanes.displacement.shape[1]
-        pace, roomy = Pace(lanes.substeps, samples), self._with_room(lanes)
+        count, pace, roomy = len(lanes), lanes.pace(), self._with_room(lanes)
         pack = max(FEWEST, SAMPLES // roomy.displacement.shape[1])
 
         def run(first: int) -> tuple[np.ndarray, ...]:
@@ -217,7 +219,7 @@ class Misfit:
         """The lanes as the program for lanes of their length takes them; those of the last call are kept."""
         known, roomy = self._last
         if known is not lanes:
-            roomy = dataclasses.replace(lanes.filled(_room(lanes.displacement.shape[1])), substeps=1)
+            roomy = lanes.filled(_room(lanes.displacement.shape[1]))
             self._last = lanes, roomy
         return roomy
 
@@ -262,14 +264,15 @@ def _scores(
     pace: Pace,
     coordinates: Array,
     starts: Array,
-    blocks: Array,
     *,
+    blocks: Array | int,
     room: int,
 ) -> tuple[Array, Array]:
     n = len(chart.names)
-    place = jnp.arange(lanes.displacement.shape[-1])
+    member = jnp.arange(lanes.displacement.shape[-1]) * blocks // pace.reach
+    member = jnp.concatenate([member, member, jnp.zeros(3, member.dtype)])
 
-    def one(lane: Lanes, coordinates: Array, start: Array, blocks: Array) -> tuple[Array, Array]:
+    def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array]:
         def residual(point: Array) -> tuple[Array, Array]:
             value = lane_residual(lane, _motion(hypothesis, chart, lane, pace, point), point[n:])
             return value, value
@@ -277,12 +280,10 @@ def _scores(
         jacobian, value = jax.jacfwd(residual, has_aux=True)(jnp.concatenate([coordinates, start]))
         own, of_start = jacobian[:, :n], jacobian[:, n:]
         own = own - of_start @ jnp.linalg.solve(of_start.T @ of_start, of_start.T @ own)
-        member = place * blocks // pace.reach
-        member = jnp.concatenate([member, member, jnp.zeros(3, member.dtype)])
         score = jax.ops.segment_sum(own * value[:, None], member, room)
         return score, jax.ops.segment_sum(own[:, :, None] * own[:, None, :], member, room)
 
-    return jax.vmap(one)(lanes, coordinates, starts, blocks)
+    return jax.vmap(one)(lanes, coordinates, starts)
 
 
 @functools.partial(jax.jit, compiler_options=QUICKLY)

@@ -15,7 +15,7 @@ import numpy as np
 
 from fitting.diagnosis.programs import COLUMNS, Pack, columns, prediction
 from fitting.diagnosis.wander import OWN
-from fitting.lanes import Lanes, Pace
+from fitting.lanes import Lanes
 from fitting.problem import Problem, natural_size
 from fitting.unknowns import RIG, Chart, Unknown
 from jaxstick.catalogue import catalogue
@@ -271,7 +271,7 @@ class Model:
             index = np.minimum(np.arange(first, first + PACK), count - 1)
             pack = Pack(
                 lanes[number].take(index),
-                Pace(job.lanes.substeps, reach),
+                job.lanes.pace(),
                 job.coordinates[np.ix_(index, own)],
                 job.own[index],
                 place[job.chosen[index]],
@@ -290,8 +290,7 @@ class Model:
 
 def _with_room(lanes: Lanes) -> Lanes:
     """The lanes as the program for lanes of their length takes them."""
-    room = next(room for room in ROOMS if room >= lanes.displacement.shape[1])
-    return dataclasses.replace(lanes.filled(room), substeps=1)
+    return lanes.filled(next(room for room in ROOMS if room >= lanes.displacement.shape[1]))
 
 
 def _rig_unknowns(problem: Problem) -> list[Unknown]:

@@ -29,6 +29,11 @@ def account(number: int, misfit: float, parameters: int = 1) -> Account:
     return Account((SHELF[number],), misfit, parameters)
 
 
+def both(misfit: float) -> Account:
+    """The first two together."""
+    return Account((SHELF[0], SHELF[1]), misfit, 2)
+
+
 def test_no_gap_is_called_none():
     found = judge(1.0, [account(0, 0.9998), account(1, 0.9999, 3)], SAMPLES, 1.0, SHELF)
     assert (found.verdict, found.named) == ("none", ())
@@ -89,19 +94,19 @@ def test_what_other_runs_do_not_call_for_is_none():
 
 
 def test_a_pair_is_named_where_one_alone_leaves_a_gap():
-    pair = Account((SHELF[0], SHELF[1]), 1.02, 2)
+    pair = both(1.02)
     found = judge(20.0, [account(0, 6.0), account(1, 9.0), pair], SAMPLES, 1.5, SHELF)
     assert (found.verdict, set(found.named)) == ("several", {SHELF[0], SHELF[1]})
-    needless = Account((SHELF[0], SHELF[1]), 1.0099, 2)
+    needless = both(1.0099)
     alone = judge(20.0, [account(0, 1.01), account(1, 9.0), needless], SAMPLES, 1.5, SHELF)
     assert (alone.verdict, alone.named) == ("effect", (SHELF[0],))
 
 
 def test_a_second_effect_that_mends_the_shape_of_the_first_is_not_named():
-    pair = Account((SHELF[0], SHELF[1]), 3.0, 2)
+    pair = both(3.0)
     found = judge(400.0, [account(0, 6.0), account(1, 300.0), pair], SAMPLES, 1.5, SHELF)
     assert (found.verdict, found.named) == ("effect", (SHELF[0],))
-    clean = Account((SHELF[0], SHELF[1]), 1.0, 2)
+    clean = both(1.0)
     found = judge(400.0, [account(0, 6.0), account(1, 300.0), clean], SAMPLES, 1.5, SHELF)
     assert found.verdict == "several"
 
@@ -109,17 +114,17 @@ def test_a_second_effect_that_mends_the_shape_of_the_first_is_not_named():
 def test_a_small_second_effect_is_named_where_it_takes_nearly_all_that_is_left():
     """Not where it takes half of it: that much a parameter more makes of another shape."""
     for left, verdict in ((1.005, "several"), (1.05, "effect")):
-        pair = Account((SHELF[0], SHELF[1]), left, 2)
+        pair = both(left)
         found = judge(8.0, [account(0, 1.09), account(1, 7.9), pair], SAMPLES, 1.5, SHELF)
         assert found.verdict == verdict
 
 
 def test_a_second_effect_counts_by_its_share_of_what_the_first_leaves():
     """And not by its share of a gap that the first has closed but for the noise."""
-    pair = Account((SHELF[0], SHELF[1]), 1.03, 2)
+    pair = both(1.03)
     found = judge(150.0, [account(0, 1.35), account(1, 140.0), pair], SAMPLES, 3.0, SHELF)
     assert (found.verdict, set(found.named)) == ("several", {SHELF[0], SHELF[1]})
-    half = Account((SHELF[0], SHELF[1]), 1.18, 2)
+    half = both(1.18)
     found = judge(150.0, [account(0, 1.35), account(1, 140.0), half], SAMPLES, 3.0, SHELF)
     assert (found.verdict, found.named) == ("effect", (SHELF[0],))
 
@@ -127,7 +132,7 @@ def test_a_second_effect_counts_by_its_share_of_what_the_first_leaves():
 def test_aliases_are_left_open_beside_another_effect():
     """Named first are two that act together, then what may act in the place of one."""
     singles = [account(0, 6.0), account(1, 9.0), account(2, 9.1)]
-    pairs = [Account((SHELF[0], SHELF[1]), 1.02, 2), Account((SHELF[2], SHELF[0]), 1.06, 2)]
+    pairs = [both(1.02), Account((SHELF[2], SHELF[0]), 1.06, 2)]
     aliases = {SHELF[1]: [SHELF[2]], SHELF[2]: [SHELF[1]]}
     found = judge(20.0, [*singles, *pairs], SAMPLES, 1.5, SHELF, aliases)
     assert found.verdict == "several" and set(found.named) == {*SHELF[:3]}
