@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import abc
 import dataclasses
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import ClassVar, NamedTuple
 
 import equinox as eqx
+import numpy as np
 
 from jaxstick.oscillator import Oscillator
 
@@ -23,6 +25,18 @@ class Card:
     source: str
 
 
+class Leftover(NamedTuple):
+    """What a model without the effect leaves of records: samples, in any order, of time [s], displacement [m]
+    and velocity [m/s] as modelled, the modelled friction force on the mass [N], and what the recorded one has
+    beyond it [N]."""
+
+    time: np.ndarray
+    displacement: np.ndarray
+    velocity: np.ndarray
+    friction: np.ndarray
+    beyond: np.ndarray
+
+
 class AbstractEffect(eqx.Module):
     """A physical or measuring effect that the nominal oscillator lacks.
 
@@ -34,6 +48,12 @@ class AbstractEffect(eqx.Module):
 
     card: eqx.AbstractClassVar[Card]
     traces: ClassVar[tuple[str, ...]] = ()
+
+    @classmethod
+    def read_off(cls, leftover: Leftover) -> Mapping[str, float]:
+        """Shape parameters by name that may be read off what a model without the effect leaves; most shapes
+        are found by trying a few, and this says nothing of them."""
+        return {}
 
     @abc.abstractmethod
     def attach(self, oscillator: Oscillator) -> Oscillator:

@@ -12,6 +12,7 @@ import numpy as np
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import NOTABLE, carried, free_under
 from fitting.diagnosis.contest import Explanation, best_of, contest
+from fitting.diagnosis.findings import Yardstick
 from fitting.diagnosis.judge import Account, Judgement, hints, judge, leaves_nothing, passes_for_noise
 from fitting.diagnosis.layout import owners
 from fitting.diagnosis.model import Model
@@ -50,6 +51,12 @@ class Attribution:
     judgement: Judgement
     inflation: float
     floor: float
+    samples: float
+
+    @property
+    def yardstick(self) -> Yardstick:
+        """What misfits are judged against."""
+        return Yardstick(self.nominal.misfit, self.floor, self.samples, self.inflation)
 
     @property
     def shows_no_gap(self) -> bool:
@@ -69,19 +76,22 @@ class Attribution:
 def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> Attribution:
     """Looks for pairs where one effect leaves more than noise, and weighs all explanations."""
     nominal, first, found, floor = seen.nominal, seen.screen, list(seen.found), seen.floor
-    if wanders(nominal) and not seen.suffices:
-        still = _with_still_friction(model, bench, nominal, first.shapes, progress)
+    if wanders(nominal) and (wanders(found[0].refit) or not seen.suffices):
+        still = _with_still_friction(model, bench, nominal, found[0], first.shapes, progress)
         found = freed(model, bench, best_of([*found, *still]))
-    leader = found[0]
-    nominal = borrowed(model, bench, nominal, leader.refit)
-    floor = min(floor, floor_of(model, bench, [nominal, leader.refit]))
-    left = nominal.misfit / floor, leader.refit.misfit / floor
+    best, singles = found[0], [e for e in found if len(e.keys) == 1]
+    nominal = borrowed(model, bench, nominal, best.refit)
+    floor = min(floor, floor_of(model, bench, [nominal, best.refit]))
+    left = nominal.misfit / floor, best.refit.misfit / floor
     alone = leaves_nothing(*left)
-    around = screen(model, bench, leader.refit, own_group=alone, shapes=[] if alone else first.shapes)
+    around = screen(model, bench, singles[0].refit, own_group=alone, shapes=[] if alone else first.shapes)
     promising = any(promise.standing > PROMISING for promise in around.promises)
+    pairs = [e for e in found if len(e.keys) > 1]
     if not alone and hints(*left) and (promising or not passes_for_noise(left[1])):
-        pairs = _pairs(model, bench, found, around, first.shapes, progress)
-        found = best_of([*found, *pairs, *each_alone(model, bench, found, pairs, first)])
+        pairs = best_of([*pairs, *_pairs(model, bench, singles, around, first.shapes, progress)])
+        pairs.sort(key=lambda pair: pair.refit.misfit)
+    if pairs:
+        found = best_of([*singles, *pairs, *each_alone(model, bench, singles, pairs, first)])
     return _weighed(model, bench, nominal, found, first, around.inflation, floor)
 
 
@@ -135,16 +145,17 @@ def _weighed(
 ) -> Attribution:
     found = sorted(found, key=lambda explanation: explanation.refit.misfit)
     floor = min(floor, floor_of(model, bench, [found[0].refit]))
+    samples = float(bench.dof().sum())
     accounts = [Account(e.keys, e.refit.misfit / floor, _parameters(model, bench, e.keys)) for e in found]
     judgement = judge(
         nominal.misfit / floor,
         accounts,
-        float(bench.dof().sum()),
+        samples,
         inflation,
         list(model.shelf.effects),
         aliases(model, first),
     )
-    return Attribution(nominal, tuple(found), first, judgement, inflation, floor)
+    return Attribution(nominal, tuple(found), first, judgement, inflation, floor, samples)
 
 
 def _parameters(model: Model, bench: Bench, keys: Sequence[str]) -> int:
@@ -182,14 +193,23 @@ def _pairs(
 
 
 def _with_still_friction(
-    model: Model, bench: Bench, nominal: Refit, shapes: Shapes, progress: Progress
+    model: Model, bench: Bench, nominal: Refit, leader: Explanation, shapes: Shapes, progress: Progress
 ) -> list[Explanation]:
     """Explanations found from a nominal model whose friction may not wander: what changes from lane to lane
     with direction, place or time would else be taken for wandering, and refits that begin there stay there.
+
+    Pairs are among them where friction wanders even under the leader, the best explanation so far, which may
+    then owe to its wandering what a second effect does.
     """
     own = nominal.point.own.copy()
     own[:, START:] = 0.0
     point = dataclasses.replace(nominal.point, own=own, widths=np.full(OWN - START, LEAST))
     (still,) = refit(model, bench, [point], [nominal.free], wander=False)
     promises = screen(model, bench, still, shapes=shapes).ranked[:FINALISTS]
-    return contest(model, bench, still, promises, FINALISTS, progress)
+    found = contest(model, bench, still, promises, FINALISTS, progress, wander=False)
+    best = min(found, key=lambda e: e.refit.misfit).refit
+    if wanders(leader.refit) and hints(still.misfit, best.misfit):
+        seconds = screen(model, bench, best, shapes=shapes).ranked[:SECONDS]
+        found += contest(model, bench, best, seconds, FINAL_PAIRS, progress, wander=False)
+    fits = refit(model, bench, [e.refit.point for e in found], [e.refit.free for e in found])
+    return [dataclasses.replace(e, refit=fit) for e, fit in zip(found, fits, strict=True)]

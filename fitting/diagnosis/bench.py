@@ -17,23 +17,32 @@ class Bench:
     """The lanes that hypotheses are judged on, which run each belongs to (0 .. runs - 1), and how many runs
     the data set has, of which some may have no lane here.
 
-    phase: a number for every lane, the same for lanes that begin at the same phase of the excitation in
-    cycles of the same run, -1 where no other does; wanders: whether friction may differ from lane to lane.
+    share: what noise alone leaves of the square of every residual of displacement and friction (lanes,
+    samples, 2): 1, less where a sample is weighed down, 0 where it does not count; phase: a number for every
+    lane, the same for lanes that begin at the same phase of the excitation in cycles of the same run, -1
+    where no other does; wanders: whether friction may differ from lane to lane.
     """
 
     lanes: Lanes
     run: np.ndarray
     runs: int
+    share: np.ndarray
     phase: np.ndarray
     wanders: bool
 
     def dof(self) -> np.ndarray:
-        """Residuals of every lane that count, less the three of its start."""
-        return self.lanes.counted() - 3
+        """What noise alone costs every lane: its residuals that count, less the three of its start."""
+        return np.maximum(self.share.sum(axis=(1, 2)) - 3, 1.0)
 
     def take(self, index: np.ndarray) -> Bench:
         """The bench with some of the lanes; runs keep their numbers."""
-        return Bench(self.lanes.take(index), self.run[index], self.runs, self.phase[index], self.wanders)
+        return dataclasses.replace(
+            self,
+            lanes=self.lanes.take(index),
+            run=self.run[index],
+            share=self.share[index],
+            phase=self.phase[index],
+        )
 
     def coarser(self) -> Bench:
         """The bench with half as many integration steps a sample."""

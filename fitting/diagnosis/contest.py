@@ -58,11 +58,13 @@ def contest(
     finalists: int,
     progress: Progress,
     approach: Approach = FROM_AFAR,
+    *,
+    wander: bool = True,
 ) -> list[Explanation]:
     """The best refits of the most successful promises, each on top of the effects that the base has.
 
     Several starts of every promise compete on a part of the lanes; the best starts of the best promises, so
-    many as `finalists`, are fitted to all of them.
+    many as `finalists`, are fitted to all of them, where friction keeps still unless it may `wander`.
     """
     few = np.arange(0, len(bench.lanes), THIN)
     heat = bench.take(few)
@@ -102,6 +104,7 @@ def contest(
         bench,
         model.side_by_side(lambda pair: _everywhere(model, bench, base, few, pair[1].point), final),
         [result.free for _, result in final],
+        wander=wander,
         hopeless=HOPELESS,
         progress=lambda: progress.advance(),
     )

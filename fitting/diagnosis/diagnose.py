@@ -129,6 +129,7 @@ def diagnose(
         seconds=time.perf_counter() - begun,
         correction=correction,
         limits=limits(model, found.screen, found.inflation),
+        yardstick=found.yardstick,
     )
 
 

@@ -158,6 +158,17 @@ class Trace:
 
 
 @dataclasses.dataclass(frozen=True)
+class Yardstick:
+    """What misfits were judged against: the nominal model's own, the one that no model gets below, the
+    degrees of freedom, and by how much scores vary more from segment to segment than white noise says."""
+
+    nominal: float
+    floor: float
+    samples: float
+    inflation: float
+
+
+@dataclasses.dataclass(frozen=True)
 class Diagnosis:
     """The whole diagnosis of a data set.
 
@@ -169,7 +180,7 @@ class Diagnosis:
     it out. `correction` is the model with the named effects, as fitted to everything there is; None where
     nothing is named. `limits`: what these records could have shown of every effect of the shelf. `others` and
     `others_before` are what was free within its tolerance besides the constants (rig.mass and the like), with
-    and without the named effects.
+    and without the named effects. `yardstick`: what the candidates' misfits were judged against.
     """
 
     verdict: Verdict
@@ -197,3 +208,4 @@ class Diagnosis:
     limits: tuple[Limit, ...] = ()
     others: tuple[Constant, ...] = ()
     others_before: tuple[Constant, ...] = ()
+    yardstick: Yardstick | None = None

@@ -100,7 +100,8 @@ def lay(
     samples = max(segment.last - segment.first for segment in led)
     rig, force = problem.dataset.rig, problem.scale.force
     beyond = max(0, longest + lead - samples)
-    lanes = tempered(lay_out(problem.chosen, led, rig, force, substeps, beyond=beyond))
+    plain = lay_out(problem.chosen, led, rig, force, substeps, beyond=beyond)
+    lanes = tempered(plain)
     before = np.array([[own.first - long.first] for own, long in zip(segments, led, strict=True)])
     counts = np.arange(samples + beyond) >= before
     runs = np.array([segment.run for segment in segments])
@@ -111,7 +112,21 @@ def lay(
         start_deviation=np.hypot(lanes.start_deviation, _misread(problem.chosen)[runs]),
     )
     wanders = any(signal.run.friction is not None for signal in problem.chosen)
-    return Bench(with_room(lanes), runs, len(problem.chosen), np.array(phases), wanders)
+    share = _share(lanes, plain)
+    return Bench(with_room(lanes), runs, len(problem.chosen), share, np.array(phases), wanders)
+
+
+def _share(lanes: Lanes, plain: Lanes) -> np.ndarray:
+    """What noise alone leaves of squared residuals (lanes, samples, 2), whose weights have been lowered from
+    those of plain lanes."""
+    weights = [
+        (np.asarray(weight), np.asarray(whole))
+        for weight, whole in (
+            (lanes.displacement_weight, plain.displacement_weight),
+            (lanes.friction_weight, plain.friction_weight),
+        )
+    ]
+    return np.stack([(low / np.where(whole > 0, whole, 1.0)) ** 2 for low, whole in weights], axis=2)
 
 
 def _misread(signals: Sequence[Signals]) -> np.ndarray:

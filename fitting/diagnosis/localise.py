@@ -83,14 +83,11 @@ def localise(
     A part that has less than its share of noise counts as zero; of a lane far above the typical one only so
     much counts as still goes for typical.
     """
-    weights = _weights(bench)
-    counted = seen.counts[:, :, None] & (
-        np.take_along_axis(weights, _from_first(weights[:, :, 0])[:, :, None], axis=1) > 0
-    )
+    share = np.take_along_axis(bench.share, _from_first(bench.share[:, :, 0])[:, :, None], axis=1)
     squares = np.stack([seen.displacement, seen.friction], axis=2) ** 2
-    dof = counted.sum(axis=(1, 2)) - 3.0
-    noise = (dof / np.maximum(counted.sum(axis=(1, 2)), 1))[:, None, None] * counted
-    over = np.where(counted, squares - noise, 0.0) * nominal.weights[:, None, None] ** 2
+    dof = bench.dof()
+    noise = (dof / np.maximum(share.sum(axis=(1, 2)), 1))[:, None, None] * share
+    over = np.where(share > 0, squares - noise, 0.0) * nominal.weights[:, None, None] ** 2
     phases = _phases(seen, problem.period / float(np.max(np.asarray(bench.lanes.interval))))
     by_lane = over.sum(axis=(1, 2))
     total = float(dof.sum())
@@ -119,11 +116,6 @@ def shares(parts: Mapping[str, float]) -> dict[str, float]:
     if total <= 0:
         return dict.fromkeys(positive, 1 / len(positive))
     return {name: value / total for name, value in positive.items()}
-
-
-def _weights(bench: Bench) -> np.ndarray:
-    lanes = bench.lanes
-    return np.stack([np.asarray(lanes.displacement_weight), np.asarray(lanes.friction_weight)], axis=2)
 
 
 def _phases(seen: Seen, period: float) -> dict[str, np.ndarray]:

@@ -76,9 +76,8 @@ def successive(phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _pure_error(bench: Bench, residual: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
     """Half the mean square difference between the residuals of paired lanes, as a misfit."""
-    weights = np.concatenate(
-        [np.asarray(bench.lanes.displacement_weight), np.asarray(bench.lanes.friction_weight)], axis=1
-    )
-    both = (weights[first] > 0) & (weights[second] > 0)
+    share = np.concatenate([bench.share[:, :, 0], bench.share[:, :, 1]], axis=1)
+    both = (share[first] > 0) & (share[second] > 0)
     squares = np.where(both, (residual[first] - residual[second]) ** 2, 0.0).sum(1) / 2
-    return misfit_of(squares, np.maximum(both.sum(1) - 3, 1))
+    noise = np.where(both, share[first] + share[second], 0.0).sum(1) / 2
+    return misfit_of(squares, np.maximum(noise - 3, 1))

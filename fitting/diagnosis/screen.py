@@ -14,12 +14,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.stats import qmc
 
-from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.layout import Layout, owners, strengths_of
 from fitting.diagnosis.model import Job, Model
 from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.refit import Projection, Refit, chosen_columns, job
 from fitting.diagnosis.wander import allowed
+from jaxstick.effect import Leftover
 
 SHAPES = 31
 REACH = 2.5
@@ -146,7 +147,8 @@ def _with_shapes(model: Model, coordinates: np.ndarray, shapes: Mapping[str, np.
 
 def _promising_shapes(model: Model, bench: Bench, at: Refit, groups: Sequence[tuple[str, ...]]) -> Shapes:
     """The best shape of every effect that has one, and the best that is quite another, tried on a part of the
-    lanes. The shapes of all effects change together, since an effect at null does not care for another's."""
+    lanes: scattered ones, and one that is read off the records. The shapes of all effects change together,
+    since an effect at null does not care for another's."""
     shaped = [tuple(key for key in group if model.shelf.shapes[key]) for group in groups]
     shaped = [group for group in shaped if group]
     if not shaped:
@@ -163,6 +165,7 @@ def _promising_shapes(model: Model, bench: Bench, at: Refit, groups: Sequence[tu
         {key: _shape(model, key, at.point.coordinates, number, shift) for key in keys}
         for number, shift in enumerate(shifts)
     ]
+    tried.append(_read_off(model, part, point, keys))
     moved = [_with_shapes(model, at.point.coordinates, shapes) for shapes in tried]
     common, templates = _templates(model, part, thin, shaped, moved)
     tables = [_Table(model, part, thin, common, whole) for whole in templates]
@@ -175,6 +178,30 @@ def _promising_shapes(model: Model, bench: Bench, at: Refit, groups: Sequence[tu
         if any(apart):
             other[key] = tried[int(np.argmax(np.where(apart, scores, -np.inf)))][key]
     return [best, other]
+
+
+def _read_off(model: Model, bench: Bench, point: Point, keys: Sequence[str]) -> dict[str, np.ndarray]:
+    """The shapes of effects as what a hypothesis leaves of the friction force suggests them, usual ones where
+    it does not."""
+    (columns,) = model.columns([job(model, bench, point)])
+    lanes, samples = bench.lanes, bench.share.shape[1]
+    counts = bench.share[:, :, 1] > 0
+    weight = np.asarray(lanes.friction_weight)[counts]
+    time = np.asarray(lanes.start_time)[:, None] + np.arange(samples) * np.asarray(lanes.interval)[:, None]
+    x, v, friction = (columns.states[:, :, place][counts] for place in range(3))
+    beyond = -columns.residual[:, samples : 2 * samples][counts] / weight
+    leftover = Leftover(time[counts], x, v, friction, beyond)
+    found = {}
+    for key in keys:
+        names = model.shelf.shapes[key]
+        own = model.index(*names)
+        suggested = model.shelf.effects[key].read_off(leftover)
+        shape = point.coordinates[own].copy()
+        for place, name in enumerate(names):
+            if (value := suggested.get(name.partition(".")[2])) is not None:
+                shape[place] = model.members[own[place]].to_coordinate(value)
+        found[key] = np.clip(shape, model.lower[own], model.upper[own])
+    return found
 
 
 def _shape(model: Model, key: str, coordinates: np.ndarray, number: int, shift: np.ndarray) -> np.ndarray:

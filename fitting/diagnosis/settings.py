@@ -11,8 +11,8 @@ class DiagnosisSettings:
     """How a diagnosis is done.
 
     hold_out: files of runs that take no part in choosing and fitting, besides those that rig.toml marks;
-    where neither names any, every third run by frequency or, with fewer than four runs, every third stretch
-    of segments is held out. seed of everything random; workers: threads.
+    where neither names any, a third of the runs or, with fewer than four runs, every third stretch of
+    segments is held out. seed of everything random; workers: threads.
     """
 
     hold_out: tuple[str, ...] = ()

@@ -52,13 +52,20 @@ def check_hold_out(files: Sequence[str], hold_out: Sequence[str]) -> None:
 
 
 def split(problem: Problem, bench: Bench, hold_out: Sequence[str]) -> Split:
-    """Holds out the named runs; else every third run in the order of their frequencies; with fewer than four
-    runs, every third stretch of lanes."""
-    files = [signal.run.file for signal in problem.chosen]
+    """Holds out the named runs; else a third of the runs; with fewer than four, every third stretch of lanes.
+
+    Among the runs that are fitted are the slowest, the fastest and the one of the largest stroke, so that
+    what is held out asks for nothing beyond what was seen: an end stop, say, may act in one run alone.
+    """
+    runs = [signal.run for signal in problem.chosen]
+    files = [run.file for run in runs]
     named = tuple(dict.fromkeys(hold_out))
     if not named and len(files) >= FEWEST_RUNS:
-        order = sorted(range(len(files)), key=lambda n: problem.chosen[n].run.frequency or n)
-        named = tuple(files[n] for n in order[1::3])
+        order = sorted(range(len(files)), key=lambda n: runs[n].frequency or n)
+        longest = max(order, key=lambda n: float(np.ptp(runs[n].displacement)))
+        inner = [n for n in order[1:-1] if n != longest]
+        count = len(order[1::3])
+        named = tuple(files[inner[(2 * k + 1) * len(inner) // (2 * count)]] for k in range(count))
     if not named:
         stretch = np.array([lane // BLOCK for lane in range(len(bench.run))])
         held = np.flatnonzero(stretch % 3 == 1)

@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from typing import ClassVar
 
+import numpy as np
 from jaxtyping import Array, Float
 
-from jaxstick.effect import AbstractEffect, Card
+from jaxstick.deferred import deferred
+from jaxstick.effect import AbstractEffect, Card, Leftover
 from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter
 from jaxstick.parts.friction import AbstractFriction
 from jaxstick.parts.motion import Motion, Scalar
 from jaxstick.parts.scaled_friction import AbstractScaledFriction
 from jaxstick.turns import sine_and_cosine
+
+lombscargle = deferred("scipy.signal", "lombscargle")
+
+SLIDING = 0.1
+"""The mass surely slides above this share of its top speed."""
+MOST_WAVES, FINENESS = 100, 6
+"""Wavelengths are sought down to one so-manieth of the stroke, so many for every wave more on it."""
 
 
 class PeriodicTrack(AbstractEffect):
@@ -45,6 +55,21 @@ class PeriodicTrack(AbstractEffect):
     wavelength: Float[Array, ""] | float = parameter(
         "m", "length of one period of the track", lower=1e-6, typical=0.1, default=1e-3
     )
+
+    @classmethod
+    def read_off(cls, leftover: Leftover) -> Mapping[str, float]:
+        """The wavelength at which friction, as a share of what is modelled, has its highest line over place
+        (periodogram of Lomb, Astrophysics and Space Science 39 (1976) 447)."""
+        speed = np.abs(leftover.velocity)
+        sliding = speed > SLIDING * speed.max(initial=0.0)
+        place, friction = leftover.displacement[sliding], leftover.friction[sliding]
+        stroke = float(np.ptp(place)) if len(place) else 0.0
+        if not stroke > 0:
+            return {}
+        share = leftover.beyond[sliding] * np.sign(friction) / np.median(np.abs(friction))
+        waves = np.arange(FINENESS, MOST_WAVES * FINENESS + 1) / FINENESS
+        line = lombscargle(place, share - share.mean(), 2 * np.pi * waves / stroke)
+        return {"wavelength": stroke / float(waves[int(np.argmax(line))])}
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
         wavy = _Wavy(oscillator.friction, self.cosine, self.sine, 1 / self.wavelength)

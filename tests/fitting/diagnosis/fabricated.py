@@ -22,6 +22,7 @@ from fitting.diagnosis.findings import (
     ResidualForce,
     Trace,
     Where,
+    Yardstick,
 )
 from fitting.result import Constant
 from jaxstick.catalogue import catalogue
@@ -115,6 +116,7 @@ def fabricated(cycles: float = 5.0, rate: float = 500.0) -> tuple[Diagnosis, Dat
         limits=_limits(),
         others=_others(1.004),
         others_before=_others(0.992),
+        yardstick=Yardstick(46.6, 1.0, 14210.0, 3.0),
     )
     return diagnosis, dataset
 

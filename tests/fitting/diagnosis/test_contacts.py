@@ -99,7 +99,9 @@ def test_a_strong_effect_does_not_hide_the_contact():
     seen = screen(model, base.bench, nominal, shapes=[])
     promise = next(p for p in seen.promises if p.key == "force_gain")
     judgement = judge(nominal.misfit, [Account((promise.key,), gained.misfit, 1)], 1e4, 1.0, seen.keys)
-    before = Attribution(nominal, (Explanation((promise.key,), promise, gained),), seen, judgement, 1.0, 1.0)
+    before = Attribution(
+        nominal, (Explanation((promise.key,), promise, gained),), seen, judgement, 1.0, 1.0, 1e4
+    )
     again = on_another_contact(model, base.bench, before, chosen.model)
     assert gained.misfit > 2 and again.explanations[0].refit.misfit < 1.3
     assert again.judgement.named == ("force_gain",)

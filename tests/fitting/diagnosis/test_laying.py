@@ -17,7 +17,7 @@ from jaxstick.effects.displacement_gain import DisplacementGain
 from jaxstick.parts.drive import SineDrive
 from jaxstick.record import Noise
 from tests.fitting.diagnosis.grounded import from_the_truth, laid_out
-from tests.fitting.reference_data import TRUTH, WRONG, dataset, noisy, own_run
+from tests.fitting.reference_data import NOISE, TRUTH, WRONG, dataset, noisy, own_run
 
 SAMPLES = 60
 
@@ -53,6 +53,21 @@ def test_a_sample_that_stands_out_is_no_corner(lanes):
     spike = np.zeros(SAMPLES)
     spike[30] = 100 * NOISY_BEND
     assert np.all(weights(lanes, spike) == 1)
+
+
+def test_samples_that_count_for_less_are_expected_to():
+    """Residuals of noise alone come to the degrees of freedom, in a stick-slip record."""
+    stated = dataset(noisy(own_run(SineDrive(1.5, 10.325e-3), samples=600), np.random.default_rng(1)))
+    _, bench = laid_out(stated)
+    weights = np.asarray(bench.lanes.displacement_weight), np.asarray(bench.lanes.friction_weight)
+    plain = 1 / NOISE.displacement, 1 / NOISE.friction
+    for place, (weight, whole) in enumerate(zip(weights, plain, strict=True)):
+        noise = np.random.default_rng(2).standard_normal((200, *weight.shape)) / whole
+        cost = np.mean((weight * noise) ** 2, axis=0)
+        assert bench.share[:, :, place].sum() == pytest.approx(cost.sum(), rel=0.01)
+    few = np.array([1, 3])
+    assert np.all(bench.share <= 1) and np.mean(bench.share[:, :, 1] < 1) > 0.2
+    assert np.all(bench.take(few).dof() == bench.dof()[few])
 
 
 def test_starts_do_not_hold_a_gain_to_nothing():

@@ -62,11 +62,10 @@ LANES, COUNTED = 24, 50
 def judged(residual: np.ndarray, cost: float, width: float, price: float = 1.0) -> float:
     """The floor that residuals (lanes, samples) of lanes with one phase lead to, at this cost per degree of
     freedom and friction that wanders by this width, at this price; without the price it is lower by that."""
-    blank, ones = np.zeros_like(residual), np.ones_like(residual)
-    lanes: Any = SimpleNamespace(
-        displacement_weight=ones, friction_weight=blank, counted=lambda: np.full(LANES, COUNTED)
-    )
-    bench = Bench(lanes, np.zeros(LANES, int), 1, np.zeros(LANES, int), True)
+    blank = np.zeros_like(residual)
+    lanes: Any = None
+    share = np.stack([np.ones_like(residual), blank], axis=2)
+    bench = Bench(lanes, np.zeros(LANES, int), 1, share, np.zeros(LANES, int), True)
     rows = np.concatenate([residual, blank, np.zeros((LANES, OWN))], axis=1)
     model: Any = SimpleNamespace(columns=lambda jobs: [Columns(rows, rows, rows) for _ in jobs])
     point = Point((), np.zeros(1), np.zeros((1, 1)), np.zeros((LANES, OWN)), np.full(2, width))

@@ -3,13 +3,50 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as some
 
 from fitting.diagnosis.findings import Closure
-from fitting.diagnosis.shrink import left_open, refutes, worsens
+from fitting.diagnosis.shrink import FEWEST_RUNS, left_open, refutes, split, worsens
 
 CLOSED = Closure(6.6, 1.1, 1.0, 14.0, 0.98, (0.95, 1.0), -0.02, 0.4, ("run-02.csv",), False)
+
+
+def divided(frequencies: list[float], strokes: list[float], hold_out: tuple[str, ...] = ()) -> list[int]:
+    """Which runs of these frequencies [Hz] and strokes are held out, each of two lanes."""
+    signals = [
+        SimpleNamespace(run=SimpleNamespace(file=str(n), frequency=f, displacement=np.array([0.0, stroke])))
+        for n, (f, stroke) in enumerate(zip(frequencies, strokes, strict=True))
+    ]
+    problem: Any = SimpleNamespace(chosen=signals)
+    bench: Any = SimpleNamespace(run=np.repeat(np.arange(len(signals)), 2))
+    found = split(problem, bench, hold_out)
+    assert sorted([*found.fitted, *found.held]) == list(range(2 * len(signals)))
+    assert sorted(bench.run[found.held]) == sorted(2 * [int(file) for file in found.files])
+    return [int(file) for file in found.files]
+
+
+@given(
+    some.lists(some.tuples(some.floats(0.1, 10.0), some.floats(1e-3, 0.1)), min_size=FEWEST_RUNS, max_size=20)
+)
+def test_what_is_held_out_lies_within_what_is_fitted(runs):
+    """A third of the runs, none twice, but not the slowest, the fastest or that of the largest stroke."""
+    frequencies, strokes = ([run[place] for run in runs] for place in (0, 1))
+    held = divided(frequencies, strokes)
+    assert len({*held}) == len(held) == round(len(runs) / 3)
+    fitted = [n for n in range(len(runs)) if n not in held]
+    for every in (frequencies, strokes):
+        assert max(every[n] for n in fitted) == max(every)
+    assert min(frequencies[n] for n in fitted) == min(frequencies)
+
+
+def test_runs_that_are_named_are_held_out():
+    assert divided([1.0, 2.0, 3.0, 4.0], [1.0, 2.0, 1.0, 1.0], ("3", "1", "3")) == [3, 1]
 
 
 @pytest.mark.parametrize(

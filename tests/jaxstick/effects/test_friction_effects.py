@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from jaxstick.effect import Leftover
 from jaxstick.hypothesis import effects_at_null
 from jaxstick.nominal import nominal
 from jaxstick.oscillator import Oscillator, Start
@@ -63,6 +64,26 @@ FACTORS: dict[str, tuple[dict[str, float], Callable[[Any], np.ndarray]]] = {
     ),
     "friction_drift": ({"rate": 0.2}, lambda run: 0.2 * run.time),
 }
+
+
+@pytest.mark.parametrize("wavelength", [3e-3, 0.5e-3])
+def test_the_wavelength_of_a_track_is_read_off_what_the_smooth_law_leaves(wavelength: float) -> None:
+    """A ripple of 3 % of the force under noise a third as large, so fine that no grid of a few wavelengths
+    would meet it: over the whole stroke, the phase holds to a third of a turn."""
+    key = "periodic_track"
+    run = simulated(with_effect(NOMINAL, key, cosine=0.02, sine=-0.02, wavelength=wavelength))
+    friction = -np.sign(run.v) * law(np.abs(run.v))
+    noise = 0.08 * np.random.default_rng(2).standard_normal(len(run.time))
+    leftover = Leftover(run.time, run.x, run.v, friction, run.force - friction + noise)
+    found = type(effects_at_null((key,))[key]).read_off(leftover)
+    waves = float(np.ptp(run.x)) / wavelength
+    assert found["wavelength"] == pytest.approx(wavelength, rel=0.3 / waves)
+
+
+def test_nothing_is_read_off_a_mass_at_rest() -> None:
+    for effect in effects_at_null(("periodic_track", "friction_drift")).values():
+        for rest in (np.zeros(0), np.zeros(20)):
+            assert effect.read_off(Leftover(rest, rest, rest, rest, rest)) == {}
 
 
 @pytest.mark.parametrize("key", FACTORS)
