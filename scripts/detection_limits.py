@@ -25,7 +25,7 @@ from fitting.problem import pose
 from fitting.progress import Silent
 from fitting.report.words import NOTHING, number
 from fitting.settings import Settings
-from jaxstick.compilation_cache import keep_compiled
+from jaxstick.compilation_cache import compile_for_few_lanes, keep_compiled
 from jaxstick.record import load_dataset
 
 
@@ -34,6 +34,7 @@ from jaxstick.record import load_dataset
 def main(datasets: tuple[Path, ...]) -> None:
     """Print the detection limits of every data set as a table in Markdown."""
     keep_compiled()
+    compile_for_few_lanes()
     for folder in datasets:
         click.echo(f"\n### {folder.name}\n")
         click.echo(

@@ -1,5 +1,5 @@
-"""Strict numerics for every test: float64, no silent rank or type promotion, warnings are errors; compiled
-programs are shared by the processes of one session."""
+"""Strict numerics for every test: float64, no silent rank or type promotion, warnings are errors; programs
+are compiled as they are for the command, and shared by the processes of one session."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import hypothesis
 import jax
 import pytest
 
+from jaxstick.compilation_cache import compile_for_few_lanes
 from jaxstick.precision import float64
 
 hypothesis.settings.register_profile("dev", deadline=None, max_examples=25)
@@ -26,6 +27,7 @@ LEAST_SECONDS = "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"
 def pytest_configure(config: pytest.Config) -> None:
     """Before the test files are read, so that the arrays they make at the top are float64 too."""
     hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "dev")
+    compile_for_few_lanes()
     _share_programs()
     SESSION.enter_context(float64())
     SESSION.enter_context(jax.numpy_rank_promotion("raise"))

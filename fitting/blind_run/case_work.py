@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.progress import Silent
-from jaxstick.compilation_cache import keep_compiled
+from jaxstick.compilation_cache import compile_for_few_lanes, keep_compiled
 from jaxstick.deferred import deferred
 from jaxstick.errors import UserError
 from jaxstick.output import to_json
@@ -31,6 +31,7 @@ class Outcome(NamedTuple):
 def diagnose_folder(folder: Path, seed: int) -> Outcome:
     """Diagnoses the case in a folder, on one thread; no failure leaves it."""
     keep_compiled()
+    compile_for_few_lanes()
     try:
         data = load_dataset(folder)
         found = diagnose(data, DiagnosisSettings(seed=seed, workers=1), Silent())
