@@ -146,7 +146,7 @@ def _weighed(
     found = sorted(found, key=lambda explanation: explanation.refit.misfit)
     floor = min(floor, floor_of(model, bench, [found[0].refit]))
     samples = float(bench.dof().sum())
-    accounts = [Account(e.keys, e.refit.misfit / floor, _parameters(model, bench, e.keys)) for e in found]
+    accounts = [_account(model, bench, e.keys, e.refit.misfit / floor) for e in found]
     judgement = judge(
         nominal.misfit / floor,
         accounts,
@@ -158,9 +158,12 @@ def _weighed(
     return Attribution(nominal, tuple(found), first, judgement, inflation, floor, samples)
 
 
-def _parameters(model: Model, bench: Bench, keys: Sequence[str]) -> int:
-    """How many numbers effects have, those that every run has of its own counted for each."""
-    return sum(len(owners(model, bench, key)) + len(model.shelf.shapes[key]) for key in keys)
+def _account(model: Model, bench: Bench, keys: tuple[str, ...], misfit: float) -> Account:
+    """The account of an explanation; strengths that every run has of its own are counted for each."""
+    strengths = [run for key in keys for _, run in owners(model, bench, key)]
+    of_one_run = sum(run is not None for run in strengths)
+    parameters = len(strengths) + sum(len(model.shelf.shapes[key]) for key in keys)
+    return Account(keys, misfit, parameters, of_one_run, len(np.unique(bench.run)))
 
 
 def _pairs(

@@ -24,6 +24,9 @@ from fitting.diagnosis.findings import Verdict
 MISSPECIFIED = 12.0
 """How many independent pieces of evidence are left where the best explanation leaves a misfit of 2."""
 LEAST_PIECES = 14.0
+NESTED = 1.7
+"""So many times as many where two effects are compared with one of the two: what that one's shape lacks is in
+both and tells them apart no less."""
 LEAST_INFLATION = 3.0
 """Scores vary at least so many times as much as white noise says: the integrator's own error sees to that."""
 FLOOR = 0.2
@@ -77,11 +80,19 @@ NONE, UNLISTED = "none", "unlisted"
 
 @dataclasses.dataclass(frozen=True)
 class Account:
-    """One explanation's account: its effects, misfit and number of parameters."""
+    """One explanation's account: its effects, misfit, number of parameters, and how many of these belong to
+    one run each, of so many runs."""
 
     keys: tuple[str, ...]
     misfit: float
     parameters: int
+    of_one_run: int = 0
+    runs: int = 1
+
+    def price(self, pieces: float) -> float:
+        """What its parameters cost, each by the pieces of evidence that it is found from."""
+        of_all = self.parameters - self.of_one_run
+        return 0.5 * (of_all * math.log(pieces) + self.of_one_run * math.log(max(pieces / self.runs, 1.0)))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -112,35 +123,33 @@ def judge(
     """
     best = min([nominal, *(account.misfit for account in accounts)])
     pieces = pieces_of_evidence(best, samples, inflation)
-    price = 0.5 * math.log(pieces)
-
     excess = max(nominal - 1.0, 0.0)
 
     def evidence(misfit: float, soft: float) -> float:
         return -0.5 * pieces * math.log(max(misfit, 1e-3) + soft)
 
-    def weight(misfit: float, parameters: int, prior: float) -> float:
-        return evidence(misfit, SOFT * excess) - price * parameters + math.log(prior)
+    def weight(misfit: float, price: float, prior: float) -> float:
+        return evidence(misfit, SOFT * excess) - price + math.log(prior)
 
     unlisted = UNLISTED_FLOOR + UNLISTED_SHARE * max(nominal - UNLISTED_FLOOR, 0.0)
     names = [NONE, UNLISTED]
     logs = [
         weight(nominal, 0, PRIOR[NONE]) - 0.5 * (excess / FLOOR) ** 2,
-        weight(unlisted, UNLISTED_PARAMETERS, PRIOR[UNLISTED]),
+        weight(unlisted, 0.5 * UNLISTED_PARAMETERS * math.log(pieces), PRIOR[UNLISTED]),
     ]
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
     alone = min((account.misfit for account in accounts if len(account.keys) == 1), default=nominal)
     enough = alone < 1 + OTHER_SHAPE * excess
     clean = min(CLEAN, 1 + REST * (alone - 1))
-    soft = min(SOFT * excess, REST * max(alone - 1.0, 0.0))
+    soft = min(OTHER_SHAPE * excess, REST * max(alone - 1.0, 0.0))
     for account in accounts:
         names.append("+".join(account.keys))
         if len(account.keys) == 1:
-            logs.append(weight(account.misfit, account.parameters, PRIOR["single"] / len(shelf)))
+            logs.append(weight(account.misfit, account.price(pieces), PRIOR["single"] / len(shelf)))
         else:
             needless = enough and account.misfit > clean
             more = 0.0 if needless else evidence(account.misfit, soft) - evidence(alone, soft)
-            logs.append(weight(alone, account.parameters, PRIOR["pair"] / pairs) + more)
+            logs.append(weight(alone, account.price(pieces), PRIOR["pair"] / pairs) + NESTED * more)
     logs = _levelled(names, logs, accounts, ALIKE * excess, aliases or {})
     share = np.exp(np.array(logs) - max(logs))
     share = (1 - DOUBT) * share / share.sum() + DOUBT / len(share)

@@ -145,6 +145,28 @@ def test_aliases_are_left_open_beside_another_effect():
     assert not alternatives(told.explanations, told.named)
 
 
+@pytest.mark.parametrize(("nominal", "alone", "left"), [(254.0, 21.1, 3.16), (33.0, 4.4, 1.78)])
+def test_two_effects_are_named_although_neither_has_quite_the_shape_on_the_shelf(nominal, alone, left):
+    """They leave two or three times the noise, the first alone a tenth of the excess."""
+    found = judge(nominal, [account(0, alone), account(1, nominal - 1), both(left)], SAMPLES, 40.0, SHELF)
+    assert found.verdict == "several" and set(found.named) == {SHELF[0], SHELF[1]}
+    little = judge(
+        nominal, [account(0, alone), account(1, nominal - 1), both(0.6 * alone)], SAMPLES, 40.0, SHELF
+    )
+    assert (little.verdict, little.named) == ("effect", (SHELF[0],))
+
+
+@given(st.integers(0, 5), st.integers(1, 8), st.floats(2.0, 1e4))
+def test_what_one_run_has_of_its_own_costs_less_than_what_all_share(shared, runs, pieces):
+    def price(of_one_run: int) -> float:
+        return Account((SHELF[0],), 1.0, shared + runs, of_one_run, runs).price(pieces)
+
+    assert price(0) == pytest.approx(0.5 * (shared + runs) * math.log(pieces))
+    assert 0 <= price(runs) <= price(0) + 1e-12
+    if runs > 1:
+        assert price(runs) < price(0)
+
+
 def test_what_suffices_may_still_leave_something_to_a_second_effect():
     assert suffices(4.0, 1.09) and not leaves_nothing(4.0, 1.09)
     assert leaves_nothing(4.0, 1.02) and leaves_nothing(400.0, 1.15)
