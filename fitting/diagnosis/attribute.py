@@ -14,7 +14,6 @@ from fitting.diagnosis.contacts import NOTABLE, carried, free_under
 from fitting.diagnosis.contest import Explanation, best_of, contest
 from fitting.diagnosis.findings import Yardstick
 from fitting.diagnosis.judge import Account, Judgement, hints, judge, leaves_nothing, passes_for_noise
-from fitting.diagnosis.layout import owners
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import borrowed, released
@@ -34,6 +33,8 @@ INSTEAD = 3
 """So many effects are tried in the place of each of the two of the best pair."""
 CARRIED = 8
 """So many explanations are fitted once more under a contact that the best of them asks for."""
+PIECES_A_LANE = 3.0
+"""So many independent pieces of evidence has a lane in which scatter outweighs the noise."""
 RIVAL = 2.0
 """Pairs are sought with the best effect, and with the second best where it leaves less than so many times as
 much."""
@@ -92,7 +93,7 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
         pairs.sort(key=lambda pair: pair.refit.misfit)
     if pairs:
         found = best_of([*singles, *pairs, *each_alone(model, bench, singles, pairs, first)])
-    return _weighed(model, bench, nominal, found, first, around.inflation, floor)
+    return _weighed(model, bench, nominal, found, first, _inflation(bench, around), floor)
 
 
 def on_another_contact(model: Model, bench: Bench, found: Attribution, other: Model) -> Attribution:
@@ -146,7 +147,7 @@ def _weighed(
     found = sorted(found, key=lambda explanation: explanation.refit.misfit)
     floor = min(floor, floor_of(model, bench, [found[0].refit]))
     samples = float(bench.dof().sum())
-    accounts = [_account(model, bench, e.keys, e.refit.misfit / floor) for e in found]
+    accounts = [_account(model, e, floor, np.unique(bench.run)) for e in found]
     judgement = judge(
         nominal.misfit / floor,
         accounts,
@@ -158,12 +159,24 @@ def _weighed(
     return Attribution(nominal, tuple(found), first, judgement, inflation, floor, samples)
 
 
-def _account(model: Model, bench: Bench, keys: tuple[str, ...], misfit: float) -> Account:
-    """The account of an explanation; strengths that every run has of its own are counted for each."""
-    strengths = [run for key in keys for _, run in owners(model, bench, key)]
-    of_one_run = sum(run is not None for run in strengths)
-    parameters = len(strengths) + sum(len(model.shelf.shapes[key]) for key in keys)
-    return Account(keys, misfit, parameters, of_one_run, len(np.unique(bench.run)))
+def _inflation(bench: Bench, seen: Screen) -> float:
+    """By how much scores vary more than white residuals say; friction that scatters does so in step for a
+    good part of a lane, and may for more than one."""
+    pieces = PIECES_A_LANE * len(bench.lanes)
+    return max(seen.inflation, float(bench.dof().sum()) / pieces if bench.scatters else 1.0)
+
+
+def _account(model: Model, explanation: Explanation, floor: float, runs: np.ndarray) -> Account:
+    """The account of an explanation on some runs. A strength that every run has of its own counts once, and
+    for the other runs as far as these differ from one another."""
+    keys, fit = explanation.keys, explanation.refit
+    parameters, of_one_run = 0, 0.0
+    for number in np.concatenate([model.of(key) for key in keys]):
+        parameters += 1
+        if number in model.by_run:
+            own = fit.point.by_run[np.ix_(runs, model.slots(np.array([number])))]
+            of_one_run += (len(runs) - 1) * float(np.var(own) / max(np.mean(own**2), 1e-300))
+    return Account(keys, fit.misfit / floor, parameters, of_one_run, len(runs))
 
 
 def _pairs(

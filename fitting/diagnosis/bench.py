@@ -20,7 +20,8 @@ class Bench:
     share: what noise alone leaves of the square of every residual of displacement and friction (lanes,
     samples, 2): 1, less where a sample is weighed down, 0 where it does not count; phase: a number for every
     lane, the same for lanes that begin at the same phase of the excitation in cycles of the same run, -1
-    where no other does; wanders: whether friction may differ from lane to lane.
+    where no other does; wanders: whether friction may differ from lane to lane; scatters: whether residuals
+    are weighed by what does not repeat itself from cycle to cycle, rather than by the noise of the sensors.
     """
 
     lanes: Lanes
@@ -29,6 +30,7 @@ class Bench:
     share: np.ndarray
     phase: np.ndarray
     wanders: bool
+    scatters: bool = False
 
     def dof(self) -> np.ndarray:
         """What noise alone costs every lane: its residuals that count, less the three of its start."""

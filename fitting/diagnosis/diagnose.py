@@ -23,6 +23,7 @@ from fitting.diagnosis.model import Model
 from fitting.diagnosis.other_contact import beside_a_pair, beside_single_effects
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
+from fitting.diagnosis.scatter import Scatter
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import (
     Split,
@@ -71,6 +72,13 @@ def diagnose(
     begin = part(base.point, held.fitted)
     bench = resolved(model, base.bench.take(held.fitted), begin)
     seen = survey(model, bench, begin, progress)
+    if seen.scatters:
+        best = seen.found[0].refit.point
+        scatter = Scatter.of(model, bench, best, problem.period)
+        bench = scatter.evened(model, bench, best)
+        whole = scatter.evened(model, base.bench, _on_all(base, held, best))
+        base = dataclasses.replace(base, bench=whole, scatter=scatter)
+        seen = survey(model, bench, seen.nominal.point, progress)
     chosen = Chosen(problem, model, base)
     if not seen.suffices or concerns_contact(model, seen.found[0].keys):
         chosen, seen = beside_single_effects(chosen, bench, seen, held, progress)
@@ -158,15 +166,18 @@ def _finally(
 ) -> tuple[Refit, Refit]:
     """The nominal model and the named explanation, each fitted once more to everything there is."""
 
-    def begin(fit: Refit) -> Point:
-        own = base.point.own.copy()
-        own[held.fitted] = fit.point.own
-        return dataclasses.replace(fit.point, own=own)
-
     chosen = [found.nominal] if named is None else [found.nominal, named.refit]
-    results = refit(model, base.bench, [begin(fit) for fit in chosen], [fit.free for fit in chosen])
+    begin = [_on_all(base, held, fit.point) for fit in chosen]
+    results = refit(model, base.bench, begin, [fit.free for fit in chosen])
     nominal, *others = model.side_by_side(lambda fit: released(model, base.bench, fit), results)
     return nominal, others[-1] if others else nominal
+
+
+def _on_all(base: Ground, held: Split, point: Point) -> Point:
+    """A point that was fitted to the lanes that are not held out, for all of them."""
+    own = base.point.own.copy()
+    own[held.fitted] = point.own
+    return dataclasses.replace(point, own=own)
 
 
 def _traces(

@@ -13,6 +13,7 @@ from fitting.diagnosis.laying import cut_in_step, divided, lay, length
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import ITERATIONS, Refit, job, misfit_of, refit
 from fitting.diagnosis.release import all_settled, settled
+from fitting.diagnosis.scatter import Scatter
 from fitting.diagnosis.wander import LEAST, OWN, START
 from fitting.problem import Problem, beginnings
 from fitting.progress import Progress, Silent
@@ -41,11 +42,13 @@ WANDER = 0.01
 
 @dataclasses.dataclass(frozen=True)
 class Ground:
-    """Lanes of all runs, and the nominal model at what the search for its constants found."""
+    """Lanes of all runs, the nominal model at what the search for its constants found, and by how much the
+    records scatter, where that is notably more than the noise."""
 
     segments: tuple[Segment, ...]
     bench: Bench
     point: Point
+    scatter: Scatter | None = None
 
 
 def ground(problem: Problem, model: Model, settings: Settings, progress: Progress) -> Ground:

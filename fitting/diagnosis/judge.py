@@ -80,19 +80,19 @@ NONE, UNLISTED = "none", "unlisted"
 
 @dataclasses.dataclass(frozen=True)
 class Account:
-    """One explanation's account: its effects, misfit, number of parameters, and how many of these belong to
-    one run each, of so many runs."""
+    """One explanation's account: its effects, misfit, the number of its parameters that all runs share, and
+    how many more belong to one run each, of so many runs."""
 
     keys: tuple[str, ...]
     misfit: float
     parameters: int
-    of_one_run: int = 0
+    of_one_run: float = 0.0
     runs: int = 1
 
     def price(self, pieces: float) -> float:
         """What its parameters cost, each by the pieces of evidence that it is found from."""
-        of_all = self.parameters - self.of_one_run
-        return 0.5 * (of_all * math.log(pieces) + self.of_one_run * math.log(max(pieces / self.runs, 1.0)))
+        apart = self.of_one_run * math.log(max(pieces / self.runs, 1.0))
+        return 0.5 * (self.parameters * math.log(pieces) + apart)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -14,16 +14,13 @@ from fitting.diagnosis.attribute import Attribution
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.findings import ResidualForce, Where
 from fitting.diagnosis.model import Model
+from fitting.diagnosis.phases import AT_REST, phases_of
 from fitting.diagnosis.refit import Refit
 from fitting.problem import Problem
 from fitting.segments import Segment
 from fitting.signals import balance
 from jaxstick.cycle import cycle_of
 
-AT_REST = 0.02
-"""The mass counts as at rest below this share of its top speed."""
-AROUND_EVENT = 0.03
-"""Breakaway and arrest last this share of a natural period to both sides."""
 ORDERS = 9
 TENTHS = 10
 SHARPNESS = 4
@@ -88,7 +85,7 @@ def localise(
     dof = bench.dof()
     noise = (dof / np.maximum(share.sum(axis=(1, 2)), 1))[:, None, None] * share
     over = np.where(share > 0, squares - noise, 0.0) * nominal.weights[:, None, None] ** 2
-    phases = _phases(seen, problem.period / float(np.max(np.asarray(bench.lanes.interval))))
+    phases = phases_of(seen.velocity, seen.counts, problem.period / float(bench.lanes.interval[0]))
     by_lane = over.sum(axis=(1, 2))
     total = float(dof.sum())
     spread = float(np.std(by_lane) * math.sqrt(len(by_lane)))
@@ -116,33 +113,6 @@ def shares(parts: Mapping[str, float]) -> dict[str, float]:
     if total <= 0:
         return dict.fromkeys(positive, 1 / len(positive))
     return {name: value / total for name, value in positive.items()}
-
-
-def _phases(seen: Seen, period: float) -> dict[str, np.ndarray]:
-    """Masks of the samples in stick, at breakaway, in slip and at arrest; `period` in samples."""
-    resting = np.abs(seen.velocity) < AT_REST * np.max(np.abs(seen.velocity[seen.counts]))
-    reach = max(2, round(AROUND_EVENT * period))
-    leaves = np.zeros_like(resting)
-    comes = np.zeros_like(resting)
-    leaves[:, 1:] = resting[:, :-1] & ~resting[:, 1:]
-    comes[:, 1:] = ~resting[:, :-1] & resting[:, 1:]
-    breakaway, arrest = _around(leaves, reach), _around(comes, reach)
-    arrest &= ~breakaway
-    event = breakaway | arrest
-    return {
-        "stick": resting & ~event,
-        "breakaway": breakaway,
-        "slip": ~resting & ~event,
-        "arrest": arrest,
-    }
-
-
-def _around(marks: np.ndarray, reach: int) -> np.ndarray:
-    out = marks.copy()
-    for shift in range(1, reach + 1):
-        out[:, shift:] |= marks[:, :-shift]
-        out[:, :-shift] |= marks[:, shift:]
-    return out
 
 
 def _harmonics(

@@ -3,7 +3,7 @@
 A deterministic model, right or wrong, leaves the same residual in every cycle of a periodic motion. What
 differs between cycles, noise and friction that scatters, is the misfit that no effect can take away: the pure
 error of a test for lack of fit with replicates (Draper, Smith, Applied Regression Analysis, 3rd ed., 1998,
-section 2.1).
+section 2.1). What changes by as much from every cycle to the next drifts, and does not count.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from fitting.diagnosis.wander import OWN
 
 FEWEST = 6
 """Pairs of lanes in successive cycles below which nothing is said."""
+FEWEST_CYCLES = 4
+"""So many changes from cycle to cycle tell what drifts from what scatters."""
 UNEVEN = 2.0
 """Scatter is no more uneven among lanes than this, mean to median: more is something that acts in a few."""
 A_GOOD_DEAL = 0.002
@@ -76,8 +78,27 @@ def successive(phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _pure_error(bench: Bench, residual: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
     """Half the mean square difference between the residuals of paired lanes, as a misfit."""
-    share = np.concatenate([bench.share[:, :, 0], bench.share[:, :, 1]], axis=1)
+    samples = bench.share.shape[1]
+    squares, noise = differences(bench, residual.reshape(len(residual), 2, samples), first, second)
+    return misfit_of(squares.sum((1, 2)), np.maximum(noise.sum((1, 2)) - 3, 1))
+
+
+def differences(
+    bench: Bench, residual: np.ndarray, first: np.ndarray, second: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Half the squared differences between the residuals (lanes, channels, samples) of paired lanes, less
+    what they have in common with those of the same phase in other cycles; and what noise alone makes of
+    them."""
+    share = bench.share.transpose(0, 2, 1)
     both = (share[first] > 0) & (share[second] > 0)
-    squares = np.where(both, (residual[first] - residual[second]) ** 2, 0.0).sum(1) / 2
-    noise = np.where(both, share[first] + share[second], 0.0).sum(1) / 2
-    return misfit_of(squares, np.maximum(noise - 3, 1))
+    change = np.where(both, residual[first] - residual[second], 0.0)
+    squares = np.empty_like(change)
+    label = bench.phase[first]
+    for phase in np.unique(label):
+        mine = label == phase
+        count = both[mine].sum(0)
+        mean = change[mine].sum(0) / np.maximum(count, 1)
+        drifts = count >= FEWEST_CYCLES
+        left = change[mine] - np.where(drifts, mean, 0.0)
+        squares[mine] = left**2 / 2 * np.where(drifts, count / np.maximum(count - 1, 1), 1.0)
+    return np.where(both, squares, 0.0), np.where(both, (share[first] + share[second]) / 2, 0.0)

@@ -37,6 +37,8 @@ ALIKE = 1.5
 NEAR = 0.95
 """An explanation that leaves hardly less has nothing to lend to another; to the nominal model it always has,
 for that one can do no better than what contains it."""
+NOTABLE = 1.3
+"""Where the floor is higher, what does not repeat itself outweighs how the noise is known."""
 SAME = 0.9
 """Aliases are the same to records in which the cosine between their traces is larger."""
 
@@ -55,6 +57,11 @@ class Survey:
     def least(self) -> float:
         """The lowest misfit there is."""
         return min(self.nominal.misfit, self.found[0].refit.misfit)
+
+    @property
+    def scatters(self) -> bool:
+        """Whether what does not repeat itself is notably more than the noise."""
+        return self.floor > NOTABLE
 
     @property
     def suffices(self) -> bool:

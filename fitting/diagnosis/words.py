@@ -111,6 +111,13 @@ def notes(
             f"The contact was taken for {contact.words}, since the stick-slip contact of the assumptions "
             f"leaves {1 / contact.ratio:.3g} times as much; a rig file cannot hold that, so none was written."
         )
+    if contact.ground.scatter is not None:
+        displacement, friction = contact.ground.scatter.most()
+        out.append(
+            "What does not repeat itself from cycle to cycle counts as noise here: in the phase of the "
+            f"motion where each scatters most, the displacement does by {displacement:.2g} and the friction "
+            f"force by {friction:.2g} times the noise of its sensor."
+        )
     if held.by_segments:
         out.append(
             "Too few runs to hold any out: the shrinking was measured on every third stretch of the runs "

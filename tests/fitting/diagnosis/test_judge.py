@@ -156,15 +156,13 @@ def test_two_effects_are_named_although_neither_has_quite_the_shape_on_the_shelf
     assert (little.verdict, little.named) == ("effect", (SHELF[0],))
 
 
-@given(st.integers(0, 5), st.integers(1, 8), st.floats(2.0, 1e4))
+@given(st.integers(1, 5), st.integers(2, 8), st.floats(2.0, 1e4))
 def test_what_one_run_has_of_its_own_costs_less_than_what_all_share(shared, runs, pieces):
-    def price(of_one_run: int) -> float:
-        return Account((SHELF[0],), 1.0, shared + runs, of_one_run, runs).price(pieces)
+    def price(parameters: int, of_one_run: float) -> float:
+        return Account((SHELF[0],), 1.0, parameters, of_one_run, runs).price(pieces)
 
-    assert price(0) == pytest.approx(0.5 * (shared + runs) * math.log(pieces))
-    assert 0 <= price(runs) <= price(0) + 1e-12
-    if runs > 1:
-        assert price(runs) < price(0)
+    assert price(shared, 0.0) == pytest.approx(0.5 * shared * math.log(pieces))
+    assert price(shared, 0.0) <= price(shared, 0.5) <= price(shared, 1.0) < price(shared + 1, 0.0)
 
 
 def test_what_suffices_may_still_leave_something_to_a_second_effect():

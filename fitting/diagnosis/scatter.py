@@ -1,0 +1,87 @@
+"""By how much the records scatter from cycle to cycle, channel by channel and phase by phase of the motion.
+
+Friction that scatters may be nearly all that the force channel shows in slip, and hardly be felt in the
+displacement: effects are told apart where little scatters, by residuals weighed with what does not repeat
+itself (generalised least squares; Seber, Wild, Nonlinear Regression, 1989, section 2.1.4).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.model import Columns, Model
+from fitting.diagnosis.phases import phases_of
+from fitting.diagnosis.refit import job, misfit_of
+from fitting.diagnosis.repeatability import FEWEST, differences, successive
+from fitting.diagnosis.wander import OWN
+
+AROUND = 7
+"""So many samples."""
+WEIGHTS = ("displacement_weight", "friction_weight")
+
+
+@dataclasses.dataclass(frozen=True)
+class Scatter:
+    """The mean square of what does not repeat itself, in units of the noise, 1 at least: of displacement and
+    friction, by phase of the motion. `period`: the natural one [s]."""
+
+    variances: dict[str, tuple[float, float]]
+    period: float
+
+    def most(self) -> tuple[float, float]:
+        """How many times the noise displacement and friction scatter in the phase where each does most."""
+        displacement, friction = zip(*self.variances.values(), strict=True)
+        return math.sqrt(max(displacement)), math.sqrt(max(friction))
+
+    @classmethod
+    def of(cls, model: Model, bench: Bench, point: Point, period: float) -> Scatter:
+        """That of a bench whose motion a hypothesis describes, good or bad: what it lacks repeats itself. A
+        phase that is too rare to tell scatters as its channel does."""
+        first, second = successive(bench.phase)
+        (columns,) = model.columns([job(model, bench, point)])
+        count, samples = bench.share.shape[:2]
+        residual = columns.residual[:, :-OWN].reshape(count, 2, samples)
+        squares, noise = differences(bench, residual, first, second)
+
+        def variance(channel: int, mask: np.ndarray, otherwise: float) -> float:
+            own = mask[first] & mask[second]
+            expected = np.where(own, noise[:, channel], 0.0).sum(1)
+            enough = expected > 1
+            if enough.sum() < FEWEST:
+                return otherwise
+            cost = np.where(own, squares[:, channel], 0.0).sum(1)
+            return max(misfit_of(cost[enough], expected[enough]), 1.0)
+
+        every = np.ones((count, samples), bool)
+        whole = [variance(channel, every, 1.0) for channel in (0, 1)]
+        return cls(
+            {
+                name: (variance(0, mask, whole[0]), variance(1, mask, whole[1]))
+                for name, mask in _phases(bench, columns, period).items()
+            },
+            period,
+        )
+
+    def evened(self, model: Model, bench: Bench, point: Point) -> Bench:
+        """A bench, whose motion the point describes, with its residuals in units of noise and scatter; for
+        some samples around, what scatters most counts, since phases do not begin on the sample."""
+        (columns,) = model.columns([job(model, bench, point)])
+        variance = np.ones(bench.share.shape)
+        for name, mask in _phases(bench, columns, self.period).items():
+            variance[mask] = self.variances[name]
+        deviation = np.sqrt(maximum_filter1d(variance, AROUND, axis=1, mode="nearest"))
+        weights = {
+            name: np.asarray(getattr(bench.lanes, name)) / deviation[:, :, channel]
+            for channel, name in enumerate(WEIGHTS)
+        }
+        return dataclasses.replace(bench, lanes=dataclasses.replace(bench.lanes, **weights), scatters=True)
+
+
+def _phases(bench: Bench, columns: Columns, period: float) -> dict[str, np.ndarray]:
+    samples = period / float(np.asarray(bench.lanes.interval)[0])
+    return phases_of(columns.states[:, :, 1], bench.share[:, :, 0] > 0, samples)
