@@ -29,6 +29,7 @@ from fitting.diagnosis.shrink import (
     Split,
     check_hold_out,
     closure,
+    gain,
     left_open,
     part,
     refutes,
@@ -91,7 +92,7 @@ def diagnose(
     shrunk = closure(problem, model, base.bench, held, _fits(found, named), base.point.own, settings.seed)
     progress.advance()
     doubts: tuple[str, ...] = ()
-    open_still = refutes(shrunk)
+    open_still = named is not None and refutes(shrunk, gain(found.nominal, named.refit))
     if named is not None and (open_still or (found.shows_no_gap and worsens(shrunk))):
         doubts = (refutation(named.keys, shrunk),)
         judgement = refuted(found.judgement, UNLISTED if open_still else NONE)

@@ -120,7 +120,8 @@ class Closure:
 
     before: the fitted nominal model; after: with the named effects; floor: what noise alone leaves; assumed:
     the assumed constants; closed = (before - after)/(before - floor) with its 95 % interval; placebo: the
-    same share for an effect of no meaning; wrong: for the best effect that was not named.
+    same share for an effect of no meaning; wrong: for the best effect that was not named; gain: the mean
+    logarithm of how many times less a segment costs with the named effects, which few segments do not decide.
     """
 
     before: float
@@ -133,6 +134,7 @@ class Closure:
     wrong: float | None
     held_out: tuple[str, ...]
     by_segments: bool
+    gain: float = 0.0
 
 
 @dataclasses.dataclass(frozen=True)

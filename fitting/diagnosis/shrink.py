@@ -26,7 +26,10 @@ SETTLED = 8
 """Refits of starts and levels alone take so many steps at most."""
 LEAST_REDUCIBLE = 0.02
 GAPING, OPEN = 1.5, 0.3
-"""A gap of more than so many times its floor is there to be closed; a cause closes more than this share."""
+"""A gap of more than so many times its floor is there to be closed; a cause closes more than this share,"""
+CARRIES_OVER = 0.5
+"""or helps the typical segment by this share of what it did where it was fitted: a few segments that
+something else spoils may keep a gap open."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -132,12 +135,20 @@ def closure(
         wrong=closed("wrong") if "wrong" in gaps else None,
         held_out=held.files,
         by_segments=held.by_segments,
+        gain=gain(results["nominal"], results["named"]),
     )
 
 
-def refutes(shrunk: Closure) -> bool:
-    """Whether what took no part speaks against what is named: a gap is there, and stays open."""
-    return shrunk.before > GAPING * shrunk.floor and shrunk.interval[1] < OPEN
+def gain(nominal: Refit, named: Refit) -> float:
+    """The mean logarithm of how many times less a lane costs."""
+    return float(np.mean(np.log(nominal.cost / named.cost)))
+
+
+def refutes(shrunk: Closure, gained: float) -> bool:
+    """Whether what took no part speaks against what is named: a gap is there and stays open, and segments
+    gain less than half of what those have `gained` that were fitted."""
+    stays_open = shrunk.before > GAPING * shrunk.floor and shrunk.interval[1] < OPEN
+    return stays_open and shrunk.gain < CARRIES_OVER * gained
 
 
 def worsens(shrunk: Closure) -> bool:

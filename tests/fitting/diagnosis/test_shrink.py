@@ -63,7 +63,8 @@ def test_runs_that_are_named_are_held_out():
 )
 def test_a_gap_that_stays_open_refutes(before, floor, closed, interval, refuted):
     shrunk = dataclasses.replace(CLOSED, before=before, floor=floor, closed=closed, interval=interval)
-    assert refutes(shrunk) is refuted
+    assert refutes(shrunk, 1.0) is refuted
+    assert not refutes(dataclasses.replace(shrunk, gain=0.6), 1.0)
 
 
 @pytest.mark.parametrize(
