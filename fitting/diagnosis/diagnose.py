@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from fitting.account import joined
 from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution, attribute
-from fitting.diagnosis.bench import Point
+from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.comparison import candidates, likeness
 from fitting.diagnosis.contacts import Chosen, concerns_contact
 from fitting.diagnosis.contest import Explanation
@@ -36,7 +36,7 @@ from fitting.diagnosis.shrink import (
     split,
     worsens,
 )
-from fitting.diagnosis.survey import survey
+from fitting.diagnosis.survey import Survey, survey
 from fitting.diagnosis.words import advice, notes, refutation, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
@@ -74,11 +74,7 @@ def diagnose(
     bench = resolved(model, base.bench.take(held.fitted), begin)
     seen = survey(model, bench, begin, progress)
     if seen.scatters:
-        best = seen.found[0].refit.point
-        scatter = Scatter.of(model, bench, best, problem.period)
-        bench = scatter.evened(model, bench, best)
-        whole = scatter.evened(model, base.bench, _on_all(base, held, best))
-        base = dataclasses.replace(base, bench=whole, scatter=scatter)
+        base, bench = _evened(problem, model, base, held, bench, seen)
         seen = survey(model, bench, seen.nominal.point, progress)
     chosen = Chosen(problem, model, base)
     if not seen.suffices or concerns_contact(model, seen.found[0].keys):
@@ -140,6 +136,16 @@ def diagnose(
         limits=limits(model, found.screen, found.inflation),
         yardstick=found.yardstick,
     )
+
+
+def _evened(
+    problem: Problem, model: Model, base: Ground, held: Split, bench: Bench, seen: Survey
+) -> tuple[Ground, Bench]:
+    """Ground and bench weighed by what does not repeat itself under the best explanation so far."""
+    best = seen.found[0].refit.point
+    scatter = Scatter.of(model, bench, best, problem.period)
+    whole = scatter.evened(model, base.bench, _on_all(base, held, best))
+    return dataclasses.replace(base, bench=whole, scatter=scatter), scatter.evened(model, bench, best)
 
 
 def _named(found: Attribution) -> Explanation | None:

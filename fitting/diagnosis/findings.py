@@ -116,7 +116,8 @@ class Likeness:
 
 @dataclasses.dataclass(frozen=True)
 class Closure:
-    """The gap on runs or segments that took no part in choosing or fitting, in standard deviations of noise.
+    """The gap on runs or segments that took no part in choosing or fitting, in standard deviations of noise,
+    what does not repeat itself from cycle to cycle included.
 
     before: the fitted nominal model; after: with the named effects; floor: what noise alone leaves; assumed:
     the assumed constants; closed = (before - after)/(before - floor) with its 95 % interval; placebo: the
