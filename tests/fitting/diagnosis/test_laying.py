@@ -60,6 +60,7 @@ def test_samples_that_count_for_less_are_expected_to():
     stated = dataset(noisy(own_run(SineDrive(1.5, 10.325e-3), samples=600), np.random.default_rng(1)))
     _, bench = laid_out(stated)
     weights = np.asarray(bench.lanes.displacement_weight), np.asarray(bench.lanes.friction_weight)
+    assert NOISE.displacement is not None and NOISE.friction is not None
     plain = 1 / NOISE.displacement, 1 / NOISE.friction
     for place, (weight, whole) in enumerate(zip(weights, plain, strict=True)):
         noise = np.random.default_rng(2).standard_normal((200, *weight.shape)) / whole

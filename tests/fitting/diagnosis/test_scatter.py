@@ -23,9 +23,10 @@ FREQUENCY, PERIOD = 0.9, 0.2175
 def unsteady():
     """A run whose friction force scatters in slip, by so many times its noise and slowly; its displacement
     does not. Under the true constants, but for a bias in the friction force that every cycle repeats."""
+    assert NOISE.friction is not None
     random = np.random.default_rng(6)
     run = noisy(own_run(SineDrive(FREQUENCY, 10.325e-3), samples=3000), random)
-    slow = lfilter([np.sqrt(1 - 0.9**2)], [1.0, -0.9], random.standard_normal(len(run.time)))
+    slow = np.asarray(lfilter([np.sqrt(1 - 0.9**2)], [1.0, -0.9], random.standard_normal(len(run.time))))
     slips = np.abs(np.gradient(run.displacement, run.time)) > 0.02
     bias = 20 * NOISE.friction * np.sin(2 * np.pi * FREQUENCY * run.time)
     friction = run.friction + TIMES * NOISE.friction * slow * slips + bias
