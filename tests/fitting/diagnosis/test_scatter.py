@@ -27,6 +27,7 @@ def unsteady():
     random = np.random.default_rng(6)
     run = noisy(own_run(SineDrive(FREQUENCY, 10.325e-3), samples=3000), random)
     slow = np.asarray(lfilter([np.sqrt(1 - 0.9**2)], [1.0, -0.9], random.standard_normal(len(run.time))))
+    assert run.friction is not None
     slips = np.abs(np.gradient(run.displacement, run.time)) > 0.02
     bias = 20 * NOISE.friction * np.sin(2 * np.pi * FREQUENCY * run.time)
     friction = run.friction + TIMES * NOISE.friction * slow * slips + bias
