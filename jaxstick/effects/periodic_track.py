@@ -8,8 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Array, Float
+from scipy.signal import lombscargle
 
-from jaxstick.deferred import deferred
 from jaxstick.effect import AbstractEffect, Card, Leftover
 from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter
@@ -17,8 +17,6 @@ from jaxstick.parts.friction import AbstractFriction
 from jaxstick.parts.motion import Motion, Scalar
 from jaxstick.parts.scaled_friction import AbstractScaledFriction
 from jaxstick.turns import sine_and_cosine
-
-lombscargle = deferred("scipy.signal", "lombscargle")
 
 SLIDING = 0.1
 """The mass surely slides above this share of its top speed."""
