@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fitting.diagnosis.attribute import each_alone
 from fitting.diagnosis.contest import Explanation
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.model import Model
+from fitting.diagnosis.pairs import each_alone
 from fitting.diagnosis.refit import refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.screen import screen
