@@ -24,6 +24,9 @@ FARTHEST = 20.0
 FRESH = 0.3
 """A stride of which less than this share is at right angles to the one before teaches its own direction."""
 
+ROUNDING = 1e-6
+"""By so much more than 1 a multiplier may come out that is 1."""
+
 
 @dataclass(eq=False)
 class Chase:
@@ -103,6 +106,11 @@ class Chase:
     def largest(self) -> Real:
         """The largest modulus of the Jacobian's eigenvalues, lane by lane."""
         return np.max(np.abs(np.linalg.eigvals(self.jacobian)), axis=1, initial=0.0)
+
+    def stable(self) -> Mask:
+        """Which lanes have no perturbation that grows. One that stays is none: a mass that never breaks away
+        keeps what its contact carried at first, with a multiplier of 1 but for rounding."""
+        return self.largest() <= 1.0 + ROUNDING
 
 
 def _share(part: Real, whole: Real) -> Real:

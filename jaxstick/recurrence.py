@@ -64,7 +64,7 @@ def _close(pursuit: Pursuit, chase: Chase, which: Index, cycles: Index) -> Index
     if len(shortest):
         pursuit.linearise(some, shortest, pursuit.fine)
     pursuit.settle(some, np.setdiff1d(closed, shortest))
-    found = closed[some.largest()[closed] <= 1.0]
+    found = closed[some.stable()[closed]]
     chase.state[which[found]], chase.jacobian[which[found]] = some.state[found], some.jacobian[found]
     chase.residual[which[found]] = some.residual[found]
     period = np.zeros(len(which), np.int64)

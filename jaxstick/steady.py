@@ -52,7 +52,7 @@ def periodic_states(laps: Laps, resolution: float = RESOLUTION) -> PeriodicState
     near = pursuit.approach(chase)
     solved = near & pursuit.refine(chase, np.flatnonzero(near))
     pursuit.settle(chase, np.flatnonzero(solved))
-    solved &= chase.largest() <= 1.0
+    solved &= chase.stable()
     period = solved.astype(np.int64)
     hard = np.flatnonzero(~solved)
     if len(hard):
