@@ -62,10 +62,13 @@ class Lanes(eqx.Module):
     def __len__(self) -> int:
         return self.displacement.shape[0]
 
+    def weights(self) -> np.ndarray:
+        """The weights of displacement and friction, (lanes, samples, 2)."""
+        return np.stack([np.asarray(self.displacement_weight), np.asarray(self.friction_weight)], axis=2)
+
     def counted(self) -> np.ndarray:
         """How many residuals of each lane count."""
-        weights = np.asarray(self.displacement_weight), np.asarray(self.friction_weight)
-        return np.sum(weights[0] > 0, axis=1) + np.sum(weights[1] > 0, axis=1)
+        return np.sum(self.weights() > 0, axis=(1, 2))
 
     def take(self, index: np.ndarray) -> Lanes:
         """The lanes at these indices, in this order."""

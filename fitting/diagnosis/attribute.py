@@ -142,6 +142,6 @@ def _account(model: Model, explanation: Explanation, floor: float, runs: np.ndar
     for number in np.concatenate([model.of(key) for key in keys]):
         parameters += 1
         if number in model.by_run:
-            own = fit.point.by_run[np.ix_(runs, model.slots(np.array([number])))]
+            own = fit.point.by_run[runs][:, model.by_run == number]
             of_one_run += (len(runs) - 1) * float(np.var(own) / max(np.mean(own**2), 1e-300))
     return Account(keys, fit.misfit / floor, parameters, of_one_run, len(runs))

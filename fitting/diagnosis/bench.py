@@ -36,6 +36,10 @@ class Bench:
         """What noise alone costs every lane: its residuals that count, less the three of its start."""
         return np.maximum(self.share.sum(axis=(1, 2)) - 3, 1.0)
 
+    def samples(self, time: float) -> float:
+        """How many samples such a time [s] lasts, where they lie farthest apart."""
+        return time / float(np.max(np.asarray(self.lanes.interval)))
+
     def take(self, index: np.ndarray) -> Bench:
         """The bench with some of the lanes; runs keep their numbers."""
         return dataclasses.replace(

@@ -15,7 +15,7 @@ from fitting.diagnosis.contacts import Chosen, concerns_contact
 from fitting.diagnosis.contest import Explanation
 from fitting.diagnosis.detection import limits
 from fitting.diagnosis.estimates import estimates
-from fitting.diagnosis.findings import Diagnosis, Trace
+from fitting.diagnosis.findings import Closure, Diagnosis, Trace
 from fitting.diagnosis.ground import Ground, ground, resolved
 from fitting.diagnosis.judge import NONE, UNLISTED, refuted
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
@@ -88,11 +88,9 @@ def diagnose(
     shrunk = closure(problem, model, base.bench, held, _fits(found, named), base.point.own, settings.seed)
     progress.advance()
     doubts: tuple[str, ...] = ()
-    open_still = named is not None and refutes(shrunk, gain(found.nominal, named.refit))
-    if named is not None and (open_still or (found.shows_no_gap and worsens(shrunk))):
+    if named is not None and (heir := _heir(found, named, shrunk)):
         doubts = (refutation(named.keys, shrunk),)
-        judgement = refuted(found.judgement, UNLISTED if open_still else NONE)
-        found, named = dataclasses.replace(found, judgement=judgement), None
+        found, named = dataclasses.replace(found, judgement=refuted(found.judgement, heir)), None
         shrunk = left_open(shrunk)
     before, after = _finally(model, base, held, found, named)
     progress.advance()
@@ -155,6 +153,13 @@ def _named(found: Attribution) -> Explanation | None:
         return None
     wanted = set(named[:2]) if found.judgement.verdict == "several" else {named[0]}
     return next(e for e in found.explanations if set(e.keys) == wanted)
+
+
+def _heir(found: Attribution, named: Explanation, shrunk: Closure) -> str | None:
+    """What becomes likely in the place of what is named, where runs that took no part speak against it."""
+    if refutes(shrunk, gain(found.nominal, named.refit)):
+        return UNLISTED
+    return NONE if found.shows_no_gap and worsens(shrunk) else None
 
 
 def _fits(found: Attribution, named: Explanation | None) -> dict[str, Refit]:

@@ -206,9 +206,9 @@ class Diagnosis:
     sha256: str | None
     settings: Mapping[str, Any]
     seconds: float
+    yardstick: Yardstick
     closed_alone: Shares = dataclasses.field(default_factory=dict)
     correction: Correction | None = None
     limits: tuple[Limit, ...] = ()
     others: tuple[Constant, ...] = ()
     others_before: tuple[Constant, ...] = ()
-    yardstick: Yardstick | None = None

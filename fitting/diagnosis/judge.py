@@ -135,7 +135,7 @@ def judge(
     names = [NONE, UNLISTED]
     logs = [
         weight(nominal, 0, PRIOR[NONE]) - 0.5 * (excess / FLOOR) ** 2,
-        weight(unlisted, 0.5 * UNLISTED_PARAMETERS * math.log(pieces), PRIOR[UNLISTED]),
+        weight(unlisted, Account((), unlisted, UNLISTED_PARAMETERS).price(pieces), PRIOR[UNLISTED]),
     ]
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
     alone = min((account.misfit for account in accounts if len(account.keys) == 1), default=nominal)

@@ -119,14 +119,8 @@ def lay(
 def _share(lanes: Lanes, plain: Lanes) -> np.ndarray:
     """What noise alone leaves of squared residuals (lanes, samples, 2), whose weights have been lowered from
     those of plain lanes."""
-    weights = [
-        (np.asarray(weight), np.asarray(whole))
-        for weight, whole in (
-            (lanes.displacement_weight, plain.displacement_weight),
-            (lanes.friction_weight, plain.friction_weight),
-        )
-    ]
-    return np.stack([(low / np.where(whole > 0, whole, 1.0)) ** 2 for low, whole in weights], axis=2)
+    whole = plain.weights()
+    return (lanes.weights() / np.where(whole > 0, whole, 1.0)) ** 2
 
 
 def _misread(signals: Sequence[Signals]) -> np.ndarray:

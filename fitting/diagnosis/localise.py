@@ -85,7 +85,7 @@ def localise(
     dof = bench.dof()
     noise = (dof / np.maximum(share.sum(axis=(1, 2)), 1))[:, None, None] * share
     over = np.where(share > 0, squares - noise, 0.0) * nominal.weights[:, None, None] ** 2
-    phases = phases_of(seen.velocity, seen.counts, problem.period / float(bench.lanes.interval[0]))
+    phases = phases_of(seen.velocity, seen.counts, bench.samples(problem.period))
     by_lane = over.sum(axis=(1, 2))
     total = float(dof.sum())
     spread = float(np.std(by_lane) * math.sqrt(len(by_lane)))

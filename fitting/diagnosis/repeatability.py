@@ -78,18 +78,18 @@ def successive(phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _pure_error(bench: Bench, residual: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
     """Half the mean square difference between the residuals of paired lanes, as a misfit."""
-    samples = bench.share.shape[1]
-    squares, noise = differences(bench, residual.reshape(len(residual), 2, samples), first, second)
+    squares, noise = differences(bench, residual, first, second)
     return misfit_of(squares.sum((1, 2)), np.maximum(noise.sum((1, 2)) - 3, 1))
 
 
 def differences(
     bench: Bench, residual: np.ndarray, first: np.ndarray, second: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Half the squared differences between the residuals (lanes, channels, samples) of paired lanes, less
+    """Half the squared differences between the residuals of paired lanes (pairs, channels, samples), less
     what they have in common with those of the same phase in other cycles; and what noise alone makes of
-    them."""
+    them. `residual` (lanes, rows): displacement, then friction."""
     share = bench.share.transpose(0, 2, 1)
+    residual = residual.reshape(share.shape)
     both = (share[first] > 0) & (share[second] > 0)
     change = np.where(both, residual[first] - residual[second], 0.0)
     squares = np.empty_like(change)

@@ -96,7 +96,7 @@ def diagnosis_content(diagnosis: Diagnosis, dataset: DataSet) -> dict[str, Any]:
         "others_before": constant_entries(diagnosis.others_before),
         "next_experiment": diagnosis.next_experiment,
         "candidates": [_candidate(candidate) for candidate in diagnosis.candidates],
-        "yardstick": None if diagnosis.yardstick is None else dataclasses.asdict(diagnosis.yardstick),
+        "yardstick": dataclasses.asdict(diagnosis.yardstick),
         "likeness": [_likeness(pair) for pair in diagnosis.likeness],
         "detection_limits": _limits(diagnosis.limits),
         "residual_force": {"sketch_n": dict(diagnosis.residual_force.sketch)},

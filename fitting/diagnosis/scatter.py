@@ -22,7 +22,6 @@ from fitting.diagnosis.wander import OWN
 
 AROUND = 7
 """So many samples."""
-WEIGHTS = ("displacement_weight", "friction_weight")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -44,9 +43,7 @@ class Scatter:
         phase that is too rare to tell scatters as its channel does."""
         first, second = successive(bench.phase)
         (columns,) = model.columns([job(model, bench, point)])
-        count, samples = bench.share.shape[:2]
-        residual = columns.residual[:, :-OWN].reshape(count, 2, samples)
-        squares, noise = differences(bench, residual, first, second)
+        squares, noise = differences(bench, columns.residual[:, :-OWN], first, second)
 
         def variance(channel: int, mask: np.ndarray, otherwise: float) -> float:
             own = mask[first] & mask[second]
@@ -57,7 +54,7 @@ class Scatter:
             cost = np.where(own, squares[:, channel], 0.0).sum(1)
             return max(misfit_of(cost[enough], expected[enough]), 1.0)
 
-        every = np.ones((count, samples), bool)
+        every = np.ones(bench.share.shape[:2], bool)
         whole = [variance(channel, every, 1.0) for channel in (0, 1)]
         return cls(
             {
@@ -75,13 +72,10 @@ class Scatter:
         for name, mask in _phases(bench, columns, self.period).items():
             variance[mask] = self.variances[name]
         deviation = np.sqrt(maximum_filter1d(variance, AROUND, axis=1, mode="nearest"))
-        weights = {
-            name: np.asarray(getattr(bench.lanes, name)) / deviation[:, :, channel]
-            for channel, name in enumerate(WEIGHTS)
-        }
-        return dataclasses.replace(bench, lanes=dataclasses.replace(bench.lanes, **weights), scatters=True)
+        displacement, friction = np.moveaxis(bench.lanes.weights() / deviation, 2, 0)
+        lanes = dataclasses.replace(bench.lanes, displacement_weight=displacement, friction_weight=friction)
+        return dataclasses.replace(bench, lanes=lanes, scatters=True)
 
 
 def _phases(bench: Bench, columns: Columns, period: float) -> dict[str, np.ndarray]:
-    samples = period / float(np.asarray(bench.lanes.interval)[0])
-    return phases_of(columns.states[:, :, 1], bench.share[:, :, 0] > 0, samples)
+    return phases_of(columns.states[:, :, 1], bench.share[:, :, 0] > 0, bench.samples(period))

@@ -67,7 +67,7 @@ def split(problem: Problem, bench: Bench, hold_out: Sequence[str]) -> Split:
         order = sorted(range(len(files)), key=lambda n: runs[n].frequency or n)
         longest = max(order, key=lambda n: float(np.ptp(runs[n].displacement)))
         inner = [n for n in order[1:-1] if n != longest]
-        count = len(order[1::3])
+        count = round(len(order) / 3)
         named = tuple(files[inner[(2 * k + 1) * len(inner) // (2 * count)]] for k in range(count))
     if not named:
         stretch = np.array([lane // BLOCK for lane in range(len(bench.run))])
