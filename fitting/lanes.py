@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.unknowns import Chart, Unknowns
-from jaxstick.compiled import QUICKLY
+from jaxstick.compiled import QUICKLY, lane_jacobian
 from jaxstick.hypothesis import Hypothesis
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parameter import find, replace
@@ -245,18 +245,18 @@ def _motion(hypothesis: Hypothesis, chart: Chart, lane: Lanes, pace: Pace, point
 def _follow(
     hypothesis: Hypothesis, chart: Chart, lanes: Lanes, pace: Pace, coordinates: Array, starts: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
-    def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array, Array, Array, Array]:
-        def both(point: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-            motion = _motion(hypothesis, chart, lane, pace, point)
-            values = lane_residual(lane, motion, point[len(chart.names) :]), lane_end(lane, motion)
-            return values, values
+    def both(point: Array, lane: Lanes) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+        motion = _motion(hypothesis, chart, lane, pace, point)
+        values = lane_residual(lane, motion, point[len(chart.names) :]), lane_end(lane, motion)
+        return values, values
 
-        (jacobian, slope), (value, end) = jax.jacfwd(both, has_aux=True)(
-            jnp.concatenate([coordinates, start])
-        )
-        return value @ value, value @ jacobian, jacobian.T @ jacobian, end, slope
+    points = jnp.concatenate([coordinates, starts], axis=1)
+    (jacobian, slope), (value, end) = lane_jacobian(both, points, lanes)
 
-    return jax.vmap(one)(lanes, coordinates, starts)
+    def one(value: Array, jacobian: Array) -> tuple[Array, Array, Array]:
+        return value @ value, value @ jacobian, jacobian.T @ jacobian
+
+    return *jax.vmap(one)(value, jacobian), end, slope
 
 
 @functools.partial(jax.jit, static_argnames="room", compiler_options=QUICKLY)
@@ -275,18 +275,19 @@ def _scores(
     member = jnp.arange(lanes.displacement.shape[-1]) * blocks // pace.reach
     member = jnp.concatenate([member, member, jnp.zeros(3, member.dtype)])
 
-    def one(lane: Lanes, coordinates: Array, start: Array) -> tuple[Array, Array]:
-        def residual(point: Array) -> tuple[Array, Array]:
-            value = lane_residual(lane, _motion(hypothesis, chart, lane, pace, point), point[n:])
-            return value, value
+    def residual(point: Array, lane: Lanes) -> tuple[Array, Array]:
+        value = lane_residual(lane, _motion(hypothesis, chart, lane, pace, point), point[n:])
+        return value, value
 
-        jacobian, value = jax.jacfwd(residual, has_aux=True)(jnp.concatenate([coordinates, start]))
+    jacobian, value = lane_jacobian(residual, jnp.concatenate([coordinates, starts], axis=1), lanes)
+
+    def one(value: Array, jacobian: Array) -> tuple[Array, Array]:
         own, of_start = jacobian[:, :n], jacobian[:, n:]
         own = own - of_start @ jnp.linalg.solve(of_start.T @ of_start, of_start.T @ own)
         score = jax.ops.segment_sum(own * value[:, None], member, room)
         return score, jax.ops.segment_sum(own[:, :, None] * own[:, None, :], member, room)
 
-    return jax.vmap(one)(lanes, coordinates, starts)
+    return jax.vmap(one)(value, jacobian)
 
 
 @functools.partial(jax.jit, compiler_options=QUICKLY)

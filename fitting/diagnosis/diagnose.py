@@ -27,7 +27,6 @@ from fitting.diagnosis.scatter import Scatter
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import (
     Split,
-    check_hold_out,
     closure,
     gain,
     left_open,
@@ -60,8 +59,7 @@ def diagnose(
     begun = time.perf_counter()
     settings = settings or DiagnosisSettings()
     progress = progress or Silent()
-    held_out = tuple(dict.fromkeys((*settings.hold_out, *(run.file for run in dataset.runs if run.hold_out))))
-    check_hold_out([run.file for run in dataset.runs], held_out)
+    held_out = settings.held_out(dataset)
     every = dataclasses.replace(
         dataset, runs=tuple(dataclasses.replace(run, hold_out=False) for run in dataset.runs)
     )

@@ -15,7 +15,7 @@ from jaxtyping import Array
 from fitting.diagnosis.wander import OWN, START, wandering
 from fitting.lanes import Lanes, Pace, lane_motion, lane_oscillator, lane_residual
 from fitting.unknowns import Chart
-from jaxstick.compiled import QUICKLY
+from jaxstick.compiled import QUICKLY, has_wide_vectors, lane_jacobian
 from jaxstick.hypothesis import Hypothesis
 from jaxstick.simulate import Trajectory
 from jaxstick.traced import traced
@@ -24,8 +24,9 @@ COLUMNS = 15
 """How many unknowns the program takes derivatives for at once, besides what a lane has of its own."""
 
 
-OPTIONS = {**QUICKLY, "xla_cpu_prefer_vector_width": "256"}
-"""Vectors of 512 bits run by a tenth faster and compile by as much slower; a diagnosis has many programs."""
+OPTIONS = QUICKLY if has_wide_vectors() else {**QUICKLY, "xla_cpu_prefer_vector_width": "256"}
+"""Where lanes fill no wide vectors, these run no faster and compile by a tenth slower; a diagnosis has many
+programs."""
 
 
 class Pack(NamedTuple):
@@ -54,18 +55,20 @@ def columns(hypothesis: Hypothesis, chart: Chart, pack: Pack) -> tuple[Array, Ar
     by the chosen unknowns and by what each lane has of its own; and the motion itself (lanes, samples, 3):
     displacement, velocity, friction force as they are, not as sensors read them."""
 
-    def one(lane: Lanes, point: Array, own: Array, wanted: Array) -> tuple[Array, Array, Array]:
-        def residual(step: Array) -> tuple[Array, tuple[Array, Array]]:
-            moved = point.at[wanted].add(jnp.where(wanted >= 0, step[:COLUMNS], 0.0))
-            mine = own + step[COLUMNS:]
-            motion = _motion(hypothesis, chart, lane, pack.pace, moved, mine)
-            value = lane_residual(lane, motion, mine)
-            return value, (value, jnp.stack([motion.x, motion.v, motion.force], axis=1))
+    def residual(
+        step: Array, lane: Lanes, point: Array, own: Array, wanted: Array
+    ) -> tuple[Array, tuple[Array, Array]]:
+        moved = point.at[wanted].add(jnp.where(wanted >= 0, step[:COLUMNS], 0.0))
+        mine = own + step[COLUMNS:]
+        motion = _motion(hypothesis, chart, lane, pack.pace, moved, mine)
+        value = lane_residual(lane, motion, mine)
+        return value, (value, jnp.stack([motion.x, motion.v, motion.force], axis=1))
 
-        jacobian, (value, states) = jax.jacfwd(residual, has_aux=True)(jnp.zeros(COLUMNS + OWN))
-        return value, jacobian, states
-
-    return jax.vmap(one)(pack.lanes, pack.coordinates, pack.own, pack.chosen)
+    steps = jnp.zeros((len(pack.own), COLUMNS + OWN))
+    jacobian, (value, states) = lane_jacobian(
+        residual, steps, pack.lanes, pack.coordinates, pack.own, pack.chosen
+    )
+    return value, jacobian, states
 
 
 @traced(OPTIONS)

@@ -15,7 +15,6 @@ from fitting.diagnosis.refit import Refit, misfit_of, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.repeatability import unrepeated
 from fitting.problem import Problem
-from jaxstick.errors import UserError
 from jaxstick.record import CONSTANTS
 
 BLOCK = 4
@@ -43,15 +42,6 @@ class Split:
     @property
     def by_segments(self) -> bool:
         return not self.files
-
-
-def check_hold_out(files: Sequence[str], hold_out: Sequence[str]) -> None:
-    """Raises UserError for a name that is no run, and where nothing would be left to fit."""
-    unknown = [name for name in hold_out if name not in files]
-    if unknown:
-        raise UserError(f"{unknown[0]!r} is not a run of this data set; there are {', '.join(files)}.")
-    if len(set(hold_out)) == len(files):
-        raise UserError("Every run is held out; at least one must be left to fit.")
 
 
 def split(problem: Problem, bench: Bench, hold_out: Sequence[str]) -> Split:

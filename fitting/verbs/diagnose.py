@@ -7,10 +7,9 @@ import click
 from fitting.diagnosis.settings import DiagnosisSettings
 from jaxstick.command import DONE, common, rig_option
 from jaxstick.deferred import deferred
-from jaxstick.errors import UserError
 from jaxstick.output import OutputFolder, plain
 from jaxstick.progress_bar import ProgressBar
-from jaxstick.record import DataSet, load_dataset
+from jaxstick.record import load_dataset
 from jaxstick.terminal import Terminal
 
 run_diagnosis = deferred("fitting.diagnosis.diagnose", "diagnose")
@@ -48,8 +47,8 @@ def diagnose(
     corrected_rig.toml: a rig file with the effect in.
     """
     data = load_dataset(dataset, rig)
-    _check_held_out(data, dataset, hold_out)
     settings = DiagnosisSettings(hold_out=hold_out, seed=terminal.seed)
+    settings.held_out(data)
     bar = ProgressBar(terminal.progress_console())
     with (
         OutputFolder(out, overwrite, inputs=[dataset] if rig is None else [dataset, rig]) as output,
@@ -65,13 +64,3 @@ def diagnose(
         terminal.say(f"The model with the named effects is kept in {out / 'corrected_rig.toml'}.")
     terminal.result(content)
     return DONE
-
-
-def _check_held_out(data: DataSet, dataset: Path, hold_out: tuple[str, ...]) -> None:
-    """Raises UserError for a run that is not there, and where none would be left to fit."""
-    files = [run.file for run in data.runs]
-    for file in hold_out:
-        if file not in files:
-            raise UserError(f"{dataset}: there is no run {file!r} to hold out; there are {', '.join(files)}.")
-    if all(run.hold_out or run.file in hold_out for run in data.runs):
-        raise UserError(f"{dataset}: with {', '.join(hold_out)} held out no run is left to fit.")

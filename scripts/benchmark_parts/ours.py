@@ -49,13 +49,13 @@ def _ranged(lanes: tuple[Lanes, Array], steps: int) -> Array:
 
 @compiled
 def _linearised(lanes: tuple[Lanes, Array], steps: int) -> Array:
-    def one(point: Array, lane: Lanes, interval: Array) -> Array:
+    def one(point: Array, lane: Lanes, interval: Array) -> tuple[Array, None]:
         A, B, C, D, k1 = point
-        return _displacement(lane._replace(A=A, B=B, C=C, D=D, k1=k1), interval, steps)
+        return _displacement(lane._replace(A=A, B=B, C=C, D=D, k1=k1), interval, steps), None
 
     lane, interval = lanes
     points = jnp.stack([lane.A, lane.B, lane.C, lane.D, lane.k1], axis=1)
-    return lane_jacobian(one, points, lane, interval)[1]
+    return lane_jacobian(one, points, lane, interval)[0]
 
 
 def _run(program: Any, lanes: Lanes, steps: int, workers: int | None, pack: int = LANES_A_PACK) -> np.ndarray:

@@ -89,20 +89,21 @@ def test_infinities_and_nan_keep_their_meaning() -> None:
     assert cut.tolist() == [-1.0, -1.0, -np.inf, 2.0]
 
 
+@pytest.mark.parametrize("in_rows", [True, False])
 @pytest.mark.parametrize("count", [1, WIDTH, 2 * WIDTH + 3])
-def test_jacobian_by_rows_is_the_jacobian_of_each_lane(count: int) -> None:
-    """Values and derivatives of a tree of results, lanes that fill no row included."""
+def test_jacobian_of_every_lane(count: int, in_rows: bool) -> None:
+    """Derivatives of a tree of results, and more of them, by rows that lanes do not fill and by lanes."""
 
-    def function(point: jax.Array, scale: dict[str, jax.Array]) -> tuple[jax.Array, jax.Array]:
+    def function(point: jax.Array, scale: dict[str, jax.Array]) -> tuple[tuple[jax.Array, jax.Array], jax.Array]:
         wave = jnp.sin(point[0] * jnp.arange(4.0)) * scale["s"] + point[1]
-        return wave, point[0] * point[1] ** 2
+        return (wave, point[0] * point[1] ** 2), wave
 
-    points = jnp.asarray(np.random.default_rng(0).normal(size=(count, 2)))
-    scale = {"s": jnp.arange(1.0, count + 1)}
-    values, slopes = compiled(lambda p, s: lane_jacobian(function, p, s))(points, scale)
-    expected = jax.vmap(function)(points, scale)
-    by_lane = jax.vmap(jax.jacfwd(function))(points, scale)
-    for found, wanted in zip(values, expected, strict=True):
-        np.testing.assert_allclose(found, wanted, rtol=1e-12)
-    np.testing.assert_allclose(slopes[0], jnp.moveaxis(by_lane[0], -1, 1), rtol=1e-12, atol=1e-14)
-    np.testing.assert_allclose(slopes[1], by_lane[1], rtol=1e-12, atol=1e-14)
+    a, b = points = np.random.default_rng(0).normal(size=(2, count))
+    s = np.arange(1.0, count + 1)
+    program = compiled(lambda p, s: lane_jacobian(function, p, s, in_rows=in_rows))
+    (wave, product), wave_itself = program(jnp.asarray(points.T), {"s": jnp.asarray(s)})
+    phase = np.outer(a, np.arange(4.0))
+    np.testing.assert_allclose(wave_itself, np.sin(phase) * s[:, None] + b[:, None], rtol=1e-12)
+    by_a = np.cos(phase) * np.arange(4.0) * s[:, None]
+    np.testing.assert_allclose(wave, np.stack([by_a, np.ones_like(by_a)], axis=2), rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(product, np.stack([b**2, 2 * a * b], axis=1), rtol=1e-12)
