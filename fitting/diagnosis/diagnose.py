@@ -43,6 +43,11 @@ from fitting.segments import Segment
 from fitting.settings import Settings
 from jaxstick.record import DataSet
 
+TURNS = 3
+OVERRATED = 0.8
+"""Where an explanation leaves less, what does not repeat itself has been taken for more than it is; it is found
+anew, in so many turns at most."""
+
 
 def diagnose(
     dataset: DataSet,
@@ -70,13 +75,7 @@ def diagnose(
     held = split(problem, base.bench, held_out)
     begin = part(base.point, held.fitted)
     bench = resolved(model, base.bench.take(held.fitted), begin)
-    seen = survey(model, bench, begin, progress)
-    if seen.scatters:
-        base, bench = _evened(problem, model, base, held, bench, seen)
-        seen = survey(model, bench, seen.nominal.point, progress)
-    chosen = Chosen(problem, model, base)
-    if not seen.suffices or concerns_contact(model, seen.found[0].keys):
-        chosen, seen = beside_single_effects(chosen, bench, seen, held, progress)
+    chosen, bench, seen = _surveyed(Chosen(problem, model, base), bench, begin, held, progress)
     found = attribute(chosen.model, bench, seen, progress)
     if chosen.words is None and found.asks_for_a_contact:
         chosen, found = beside_a_pair(chosen, bench, found, held, progress)
@@ -134,14 +133,36 @@ def diagnose(
     )
 
 
-def _evened(
-    problem: Problem, model: Model, base: Ground, held: Split, bench: Bench, seen: Survey
-) -> tuple[Ground, Bench]:
-    """Ground and bench weighed by what does not repeat itself under the best explanation so far."""
-    best = seen.found[0].refit.point
-    scatter = Scatter.of(model, bench, best, problem.period)
-    whole = scatter.evened(model, base.bench, _on_all(base, held, best))
-    return dataclasses.replace(base, bench=whole, scatter=scatter), scatter.evened(model, bench, best)
+def _surveyed(
+    paper: Chosen, plain: Bench, begin: Point, held: Split, progress: Progress
+) -> tuple[Chosen, Bench, Survey]:
+    """The contact that the records ask for, the bench of what is not held out, weighed by what does not
+    repeat itself where that is notable, and the survey there. A wrong contact, or no effect, overrates what
+    does not repeat itself, and what is overrated hides both: they are found in turns."""
+    chosen, bench = paper, plain
+    seen = survey(chosen.model, bench, begin, progress)
+    for _ in range(TURNS):
+        if seen.scatters or (bench.scatters and seen.least < OVERRATED):
+            best = seen.found[0].refit.point
+            whole = _on_all(chosen.ground, held, best)
+            chosen, bench = _evened(chosen, paper.ground.bench, whole, plain, best)
+            seen = survey(chosen.model, bench, seen.nominal.point, progress)
+        if chosen.words is None and (not seen.suffices or concerns_contact(chosen.model, seen.found[0].keys)):
+            chosen, seen = beside_single_effects(chosen, bench, seen, held, progress)
+        if not (bench.scatters and seen.least < OVERRATED):
+            break
+    return chosen, bench, seen
+
+
+def _evened(chosen: Chosen, every: Bench, whole: Point, plain: Bench, best: Point) -> tuple[Chosen, Bench]:
+    """The choice with its ground, and the bench of what is not held out, weighed by what does not repeat
+    itself under an explanation: `every` and `plain` are those benches as they were laid out, `whole` and
+    `best` the explanation on them."""
+    scatter = Scatter.of(chosen.model, plain, best, chosen.problem.period)
+    ground = dataclasses.replace(
+        chosen.ground, bench=scatter.evened(chosen.model, every, whole), scatter=scatter
+    )
+    return dataclasses.replace(chosen, ground=ground), scatter.evened(chosen.model, plain, best)
 
 
 def _named(found: Attribution) -> Explanation | None:
