@@ -45,8 +45,8 @@ from jaxstick.record import DataSet
 
 TURNS = 3
 OVERRATED = 0.8
-"""Where an explanation leaves less, what does not repeat itself has been taken for more than it is; it is found
-anew, in so many turns at most."""
+"""Where an explanation leaves less, what does not repeat itself has been taken for more than it is; it is
+found anew, in so many turns at most."""
 
 
 def diagnose(

@@ -94,7 +94,7 @@ def test_infinities_and_nan_keep_their_meaning() -> None:
 def test_jacobian_of_every_lane(count: int, in_rows: bool) -> None:
     """Derivatives of a tree of results, and more of them, by rows that lanes do not fill and by lanes."""
 
-    def function(point: jax.Array, scale: dict[str, jax.Array]) -> tuple[tuple[jax.Array, jax.Array], jax.Array]:
+    def function(point: jax.Array, scale: dict[str, jax.Array]):
         wave = jnp.sin(point[0] * jnp.arange(4.0)) * scale["s"] + point[1]
         return (wave, point[0] * point[1] ** 2), wave
 

@@ -170,7 +170,7 @@ def test_the_traces_follow_the_records(hardened):
 
 def test_holding_out_what_is_not_there_or_everything_is_refused():
     data = records(0.0, 3)
-    with pytest.raises(UserError, match="There is no run 'run-9.csv' to hold out; there are run-0.csv"):
+    with pytest.raises(UserError, match=r"There is no run 'run-9.csv' to hold out; there are run-0.csv"):
         diagnose(data, DiagnosisSettings(hold_out=("run-9.csv",)))
     every = dataclasses.replace(
         data, runs=tuple(dataclasses.replace(run, hold_out=True) for run in data.runs)
