@@ -9,9 +9,8 @@ from collections.abc import Sequence
 from fitting.account import joined
 from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution, attribute
-from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.comparison import candidates, likeness
-from fitting.diagnosis.contacts import Chosen, concerns_contact
+from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.contest import Explanation
 from fitting.diagnosis.detection import limits
 from fitting.diagnosis.estimates import estimates
@@ -20,10 +19,9 @@ from fitting.diagnosis.ground import Ground, ground, resolved
 from fitting.diagnosis.judge import NONE, UNLISTED, refuted
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.other_contact import beside_a_pair, beside_single_effects
+from fitting.diagnosis.other_contact import beside_a_pair
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
-from fitting.diagnosis.scatter import Scatter
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import (
     Split,
@@ -35,18 +33,13 @@ from fitting.diagnosis.shrink import (
     split,
     worsens,
 )
-from fitting.diagnosis.survey import Survey, survey
+from fitting.diagnosis.turns import surveyed
 from fitting.diagnosis.words import advice, notes, refutation, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
 from fitting.segments import Segment
 from fitting.settings import Settings
 from jaxstick.record import DataSet
-
-TURNS = 3
-OVERRATED = 0.8
-"""Where an explanation leaves less, what does not repeat itself has been taken for more than it is; it is
-found anew, in so many turns at most."""
 
 
 def diagnose(
@@ -75,7 +68,7 @@ def diagnose(
     held = split(problem, base.bench, held_out)
     begin = part(base.point, held.fitted)
     bench = resolved(model, base.bench.take(held.fitted), begin)
-    chosen, bench, seen = _surveyed(Chosen(problem, model, base), bench, begin, held, progress)
+    chosen, bench, seen = surveyed(Chosen(problem, model, base), bench, begin, held, progress)
     found = attribute(chosen.model, bench, seen, progress)
     if chosen.words is None and found.asks_for_a_contact:
         chosen, found = beside_a_pair(chosen, bench, found, held, progress)
@@ -133,38 +126,6 @@ def diagnose(
     )
 
 
-def _surveyed(
-    paper: Chosen, plain: Bench, begin: Point, held: Split, progress: Progress
-) -> tuple[Chosen, Bench, Survey]:
-    """The contact that the records ask for, the bench of what is not held out, weighed by what does not
-    repeat itself where that is notable, and the survey there. A wrong contact, or no effect, overrates what
-    does not repeat itself, and what is overrated hides both: they are found in turns."""
-    chosen, bench = paper, plain
-    seen = survey(chosen.model, bench, begin, progress)
-    for _ in range(TURNS):
-        if seen.scatters or (bench.scatters and seen.least < OVERRATED):
-            best = seen.found[0].refit.point
-            whole = _on_all(chosen.ground, held, best)
-            chosen, bench = _evened(chosen, paper.ground.bench, whole, plain, best)
-            seen = survey(chosen.model, bench, seen.nominal.point, progress)
-        if chosen.words is None and (not seen.suffices or concerns_contact(chosen.model, seen.found[0].keys)):
-            chosen, seen = beside_single_effects(chosen, bench, seen, held, progress)
-        if not (bench.scatters and seen.least < OVERRATED):
-            break
-    return chosen, bench, seen
-
-
-def _evened(chosen: Chosen, every: Bench, whole: Point, plain: Bench, best: Point) -> tuple[Chosen, Bench]:
-    """The choice with its ground, and the bench of what is not held out, weighed by what does not repeat
-    itself under an explanation: `every` and `plain` are those benches as they were laid out, `whole` and
-    `best` the explanation on them."""
-    scatter = Scatter.of(chosen.model, plain, best, chosen.problem.period)
-    ground = dataclasses.replace(
-        chosen.ground, bench=scatter.evened(chosen.model, every, whole), scatter=scatter
-    )
-    return dataclasses.replace(chosen, ground=ground), scatter.evened(chosen.model, plain, best)
-
-
 def _named(found: Attribution) -> Explanation | None:
     """The explanation that the verdict rests on, the likeliest of what it names; None for nothing named."""
     named = found.judgement.named
@@ -198,17 +159,10 @@ def _finally(
     """The nominal model and the named explanation, each fitted once more to everything there is."""
 
     chosen = [found.nominal] if named is None else [found.nominal, named.refit]
-    begin = [_on_all(base, held, fit.point) for fit in chosen]
+    begin = [held.on_all(fit.point, base.point.own) for fit in chosen]
     results = refit(model, base.bench, begin, [fit.free for fit in chosen])
     nominal, *others = model.side_by_side(lambda fit: released(model, base.bench, fit), results)
     return nominal, others[-1] if others else nominal
-
-
-def _on_all(base: Ground, held: Split, point: Point) -> Point:
-    """A point that was fitted to the lanes that are not held out, for all of them."""
-    own = base.point.own.copy()
-    own[held.fitted] = point.own
-    return dataclasses.replace(point, own=own)
 
 
 def _traces(

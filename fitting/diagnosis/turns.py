@@ -1,0 +1,54 @@
+"""What explains the records, on which contact, and what of them does not repeat itself, found in turns: a
+wrong contact, or an effect that is missing, overrates that, and what is overrated hides both."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.contacts import Chosen, concerns_contact
+from fitting.diagnosis.other_contact import beside_single_effects
+from fitting.diagnosis.scatter import Scatter
+from fitting.diagnosis.shrink import Split
+from fitting.diagnosis.survey import Survey, survey
+from fitting.progress import Progress
+
+TURNS = 3
+OVERRATED = 0.8
+"""Where an explanation leaves less, what does not repeat itself has been taken for more than it is; it is
+found anew, in so many turns at most."""
+
+
+def surveyed(
+    paper: Chosen, plain: Bench, begin: Point, held: Split, progress: Progress
+) -> tuple[Chosen, Bench, Survey]:
+    """The contact that the records ask for, the bench of what is not held out, weighed by what does not
+    repeat itself where that is notable, and the survey there. `paper`, `plain`: the assumed contact, and the
+    bench as it was laid out; `begin`: the nominal model there."""
+    chosen, bench = paper, plain
+    seen = survey(chosen.model, bench, begin, progress)
+    for _ in range(TURNS):
+        if seen.scatters or _overrated(bench, seen):
+            every = dataclasses.replace(chosen.ground, bench=paper.ground.bench)
+            chosen = dataclasses.replace(chosen, ground=every)
+            chosen, bench = _evened(chosen, plain, held, seen.found[0].refit.point)
+            seen = survey(chosen.model, bench, seen.nominal.point, progress)
+        if chosen.words is None and (not seen.suffices or concerns_contact(chosen.model, seen.found[0].keys)):
+            chosen, seen = beside_single_effects(chosen, bench, seen, held, progress)
+        if not _overrated(bench, seen):
+            break
+    return chosen, bench, seen
+
+
+def _overrated(bench: Bench, seen: Survey) -> bool:
+    return bench.scatters and seen.least < OVERRATED
+
+
+def _evened(chosen: Chosen, plain: Bench, held: Split, best: Point) -> tuple[Chosen, Bench]:
+    """The choice with its ground, and the bench of what is not held out, both weighed by what does not repeat
+    itself under the best explanation of that bench so far."""
+    model, ground = chosen.model, chosen.ground
+    scatter = Scatter.of(model, plain, best, chosen.problem.period)
+    whole = scatter.evened(model, ground.bench, held.on_all(best, ground.point.own))
+    weighed = dataclasses.replace(ground, bench=whole, scatter=scatter)
+    return dataclasses.replace(chosen, ground=weighed), scatter.evened(model, plain, best)

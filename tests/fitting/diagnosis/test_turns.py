@@ -1,0 +1,104 @@
+"""What does not repeat itself is found anew where an explanation shows that it was overrated."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis import turns
+from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.contacts import Chosen
+from fitting.diagnosis.contest import Explanation
+from fitting.diagnosis.ground import Ground
+from fitting.diagnosis.refit import Refit
+from fitting.diagnosis.scatter import Scatter
+from fitting.diagnosis.screen import Promise, Screen
+from fitting.diagnosis.shrink import Split
+from fitting.diagnosis.survey import Survey
+from fitting.problem import pose
+from fitting.progress import Silent
+from fitting.settings import Settings
+from jaxstick.parts.drive import SineDrive
+from tests.fitting.diagnosis.grounded import UNEVEN, WORKERS, from_the_truth, laid_out
+from tests.fitting.reference_data import NOISE, TRUTH, dataset, noisy, own_run
+
+NOBODY = np.zeros(0)
+PROMISE = Promise(UNEVEN, NOBODY, 1.0, NOBODY, 1.0, NOBODY, NOBODY, NOBODY)
+SCREEN = Screen((PROMISE,), (UNEVEN,), (PROMISE,), np.eye(1), ())
+
+
+@dataclasses.dataclass
+class Laid:
+    """A run whose friction force scatters by eight times its noise, every fifth lane held out; the refit at
+    the true constants, and a poor one whose lanes begin anywhere near where they should."""
+
+    paper: Chosen
+    plain: Bench
+    held: Split
+    right: Refit
+    poor: Refit
+
+
+@pytest.fixture(scope="module")
+def laid() -> Laid:
+    assert NOISE.friction is not None
+    random = np.random.default_rng(6)
+    run = noisy(own_run(SineDrive(0.9, 10.325e-3), samples=3000), random)
+    assert run.friction is not None
+    run = dataclasses.replace(run, friction=run.friction + 8 * NOISE.friction * random.standard_normal(3000))
+    stated = dataset(run)
+    model, bench = laid_out(stated)
+    every = from_the_truth(model, bench, (), model.origin(TRUTH))
+    lanes = np.arange(len(bench.lanes))
+    held = Split(lanes[lanes % 5 > 0], lanes[lanes % 5 == 0], ())
+    right = dataclasses.replace(
+        every, point=dataclasses.replace(every.point, own=every.point.own[held.fitted])
+    )
+    astray = right.point.own.copy()
+    astray[:, 0] += 1e-3 * random.standard_normal(len(astray))
+    poor = dataclasses.replace(right, point=dataclasses.replace(right.point, own=astray))
+    paper = Chosen(pose(stated, Settings(workers=WORKERS)), model, Ground((), bench, every.point))
+    return Laid(paper, bench.take(held.fitted), held, right, poor)
+
+
+def surveyed(laid: Laid, monkeypatch: pytest.MonkeyPatch, *script: tuple[Refit, float, float]):
+    """What is found where surveys come, one after the other, to these refits with these misfits above these
+    floors; and how many surveys were made."""
+    left = list(script)
+
+    def scripted(*_: object) -> Survey:
+        fit, misfit, floor = left.pop(0)
+        fit = dataclasses.replace(fit, misfit=misfit)
+        return Survey(fit, SCREEN, (Explanation((UNEVEN,), PROMISE, fit),), floor)
+
+    monkeypatch.setattr(turns, "survey", scripted)
+    found = turns.surveyed(laid.paper, laid.plain, laid.right.point, laid.held, Silent())
+    assert not left
+    return found
+
+
+def test_records_that_repeat_themselves_are_surveyed_once(laid, monkeypatch):
+    chosen, bench, seen = surveyed(laid, monkeypatch, (laid.right, 1.0, 1.0))
+    assert bench is laid.plain and chosen is laid.paper and seen.least == 1.0
+
+
+def test_what_was_overrated_is_found_anew_and_not_on_top(laid, monkeypatch):
+    """From the residuals in units of the noise, on what is held out as well."""
+    script = (laid.poor, 70.0, 65.0), (laid.right, 0.3, 1.0), (laid.right, 1.0, 1.0)
+    chosen, bench, _ = surveyed(laid, monkeypatch, *script)
+    overrated = Scatter.of(chosen.model, laid.plain, laid.poor.point, chosen.problem.period)
+    scatter = Scatter.of(chosen.model, laid.plain, laid.right.point, chosen.problem.period)
+    assert scatter.variances["slip"][1] == pytest.approx(1 + 8**2, rel=0.2)
+    assert overrated.variances["slip"][0] > 10 * scatter.variances["slip"][0]
+    assert chosen.ground.scatter == scatter
+    wanted = scatter.evened(chosen.model, laid.plain, laid.right.point).lanes.weights()
+    np.testing.assert_allclose(bench.lanes.weights(), wanted)
+    np.testing.assert_allclose(chosen.ground.bench.take(laid.held.fitted).lanes.weights(), wanted)
+    assert chosen.ground.bench.scatters and len(chosen.ground.bench.lanes) > len(bench.lanes)
+
+
+def test_it_ends_where_nothing_helps(laid, monkeypatch):
+    script = (laid.poor, 70.0, 65.0), *((laid.poor, 0.3, 1.0) for _ in range(turns.TURNS))
+    assert surveyed(laid, monkeypatch, *script)[2].least == 0.3
