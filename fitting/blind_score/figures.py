@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fitting.blind_score.calibration import calibration
-from fitting.blind_score.coverage import coverage
+from fitting.blind_score.coverage import TIER, coverage
 from fitting.blind_score.intervals import area, mean, quantile, share
 from fitting.blind_score.judged import MISSING, NONE, PAIR, SINGLE, UNLISTED, Judged
 from fitting.blind_score.limits import limits
@@ -65,9 +65,11 @@ def closure(cases: Sequence[Judged]) -> dict[str, Any]:
     """How much of the reducible gap closes where nothing was fitted, for strong effects that were named.
 
     `placebo`: what an effect of no meaning closes; `margin`: the share of cases in which the named effect
-    closes at least 0.2 more than the best one that was not named.
+    closes at least 0.2 more than the best one that was not named; `covered`: the share of intervals that hold
+    all of the gap, in the tier whose effects are those of the catalogue, which close it.
     """
-    gaps = [case.result["gap"] for case in cases if case.right() and case.result is not None]
+    named = [(case.tier, case.result["gap"]) for case in cases if case.right() and case.result is not None]
+    gaps = [gap for _, gap in named]
     closed = [gap["closed"] for gap in gaps if gap["closed"] is not None]
     placebo = [gap["placebo_closed"] for gap in gaps if gap.get("placebo_closed") is not None]
     beaten = [
@@ -75,11 +77,13 @@ def closure(cases: Sequence[Judged]) -> dict[str, Any]:
         for gap in gaps
         if gap["closed"] is not None and gap.get("best_wrong_closed") is not None
     ]
+    intervals = [gap["closed_interval"] for tier, gap in named if tier == TIER and gap["closed"] is not None]
     return {
         "median": quantile(closed, 0.5),
         "tenth": quantile(closed, 0.1),
         "placebo": quantile(placebo, 0.5),
         "margin": share(beaten),
+        "covered": share(low <= 1.0 <= high for low, high in intervals),
     }
 
 

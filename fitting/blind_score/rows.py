@@ -88,6 +88,11 @@ def further_rows(score: Mapping[str, Any]) -> list[Row]:
         ),
         row("share of the gap closed, median", "≥ 97 %", lambda tier: figure(tier["closure"]["median"])),
         row("share of the gap closed, 10 % quantile", "", lambda tier: figure(tier["closure"]["tenth"])),
+        row(
+            "share closed, the interval holds the truth (tier A)",
+            "93 to 97 %",
+            lambda tier: figure(tier["closure"].get("covered")),
+        ),
         row("placebo closes, median", "0 ± 5 %", lambda tier: figure(tier["closure"]["placebo"])),
         row(
             "at least 0.2 beyond the best wrong effect",

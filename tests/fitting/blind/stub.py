@@ -75,7 +75,12 @@ def content(
         "named": list(named),
         "probabilities": {**likely, **spread},
         "where": {"excess": 9.0, "significance": 20.0},
-        "gap": {"closed": 0.99, "placebo_closed": 0.01, "best_wrong_closed": 0.4},
+        "gap": {
+            "closed": 0.99,
+            "closed_interval": [0.97, 1.01],
+            "placebo_closed": 0.01,
+            "best_wrong_closed": 0.4,
+        },
         "effects": {key: {"parameters": {}} for key in named},
         "constants": {},
         "constants_before": {},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 from pathlib import Path
@@ -234,13 +235,20 @@ def test_constants_with_the_effect_and_without():
 
 
 def test_closure_of_named_effects_alone():
-    gap = {"closed": 0.5, "placebo_closed": 0.02, "best_wrong_closed": 0.4}
+    gap = {
+        "closed": 0.5,
+        "closed_interval": [0.4, 0.99],
+        "placebo_closed": 0.02,
+        "best_wrong_closed": 0.4,
+    }
     cases = [single(SPRING, "effect", SPRING), single(SPRING, "effect", SPRING, gap=12.0)]
     cases += [stub.judged(stub.answer("single", SPRING), stub.content("effect", SPRING, gap=gap))]
     cases += [single(SPRING, "effect", PUSH)]
     found = closure(cases)
     assert found["median"]["value"] == pytest.approx(0.99) and found["median"]["n"] == 3
     assert (found["margin"]["hits"], found["margin"]["n"]) == (2, 3)
+    assert (found["covered"]["hits"], found["covered"]["n"]) == (2, 3)
+    assert closure([dataclasses.replace(case, tier="B") for case in cases])["covered"]["n"] == 0
 
 
 def test_the_curve_finds_the_limit_it_was_drawn_from():
