@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -28,7 +27,8 @@ LEAD = 4
 FEW, MORE = 48, 192
 """The search begins on so many of the shortest segments, spread evenly; its best points go on on more."""
 SEARCH, FINALISTS, REFINED = 25, 3, 15
-HOPELESS = 2.0
+HOPELESS = 3.0
+"""A search that is not on its way to less than so many times the lowest cost is given up."""
 STIFFER = (1.0, 20.0)
 """The search begins with the contact stiffness that is read off, and with so many times as much."""
 STIFFNESSES = np.geomspace(1 / 30, 30, 15)
@@ -67,7 +67,7 @@ def ground(problem: Problem, model: Model, settings: Settings, progress: Progres
     found = _fitted(model, _some(shortest, MORE), [*_best(model, rough), *others], Silent())
     best = _best(model, found)
     bench = lay(problem, segments, phases, _steps(problem, UNITS, best, settings), samples, samples // LEAD)
-    fits = _fitted(model, bench, best, progress, iterations=REFINED, settle=True, hopeless=HOPELESS)
+    fits = _fitted(model, bench, best, progress, iterations=REFINED, settle=True)
     fit = min(fits, key=lambda fit: fit.misfit)
     widths = np.full(OWN - START, WANDER if bench.wanders else LEAST)
     return Ground(tuple(segments), bench, dataclasses.replace(fit.point, widths=widths))
@@ -149,7 +149,6 @@ def _fitted(
     *,
     iterations: int = ITERATIONS,
     settle: bool = False,
-    hopeless: float = math.inf,
 ) -> list[Refit]:
     """The constants fitted from several beginnings (coordinates), lanes starting as recorded, friction not
     wandering; where `settle`, every lane's start is first fitted by itself."""
@@ -169,6 +168,6 @@ def _fitted(
         [constants] * len(points),
         iterations=iterations,
         wander=False,
-        hopeless=hopeless,
+        hopeless=HOPELESS,
         progress=lambda: progress.advance(),
     )

@@ -42,10 +42,10 @@ UNLISTED_SHARE = 0.15
 is not the cause."""
 OTHER_SHAPE = 0.015
 """The share of the excess that the right effect may leave because it has another shape than on the shelf:
-what a second effect makes of no more than that is no evidence for it, unless the two leave nothing but
-noise:"""
-CLEAN = 1.2
-"""no larger misfit than this, which passes for noise,"""
+what a second effect makes of no more than that is no evidence for it, unless the two leave hardly more
+than noise:"""
+CLEAN = 1.4
+"""no larger misfit than this,"""
 REST = 0.3
 """and at most this share of the excess that the first leaves alone: what mends a shape mends it in part. What
 a second effect adds counts against no more than this share either."""
