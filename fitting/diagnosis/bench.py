@@ -50,10 +50,13 @@ class Bench:
             phase=self.phase[index],
         )
 
+    def paced(self, substeps: int) -> Bench:
+        """The bench with so many integration steps a sample."""
+        return dataclasses.replace(self, lanes=dataclasses.replace(self.lanes, substeps=substeps))
+
     def coarser(self) -> Bench:
         """The bench with half as many integration steps a sample."""
-        steps = max(1, math.ceil(self.lanes.substeps / 2))
-        return dataclasses.replace(self, lanes=dataclasses.replace(self.lanes, substeps=steps))
+        return self.paced(max(1, math.ceil(self.lanes.substeps / 2)))
 
 
 @dataclasses.dataclass(frozen=True)

@@ -3,9 +3,10 @@ may be free: one compiled program for a whole group of effects."""
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple, TypeVar
 
@@ -227,6 +228,20 @@ class Model:
         jobs = [Job(keys, lanes, coordinates, own, none)]
         ((x, f, v, force),) = self._in_packs(prediction, jobs, lambda reach, room: 4 * [np.arange(reach)])
         return x, f, v, force
+
+    @contextlib.contextmanager
+    def ahead(self, lanes: Lanes, groups: Iterable[tuple[str, ...]]) -> Iterator[None]:
+        """While the context lasts, the programs that linearise lanes laid out like these with each of these
+        groups of effects attached are compiled beside what goes on, on one core, if there are several."""
+        one, coordinates = lanes.take(np.zeros(1, int)), self.origin({})[None]
+        own, chosen = np.zeros((1, OWN)), np.full((1, COLUMNS), -1)
+        pool = ThreadPoolExecutor(1)
+        for group in groups if self.workers > 1 else ():
+            pool.submit(self.columns, [Job(group, one, coordinates, own, chosen)])
+        try:
+            yield
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
 
     def side_by_side(self, function: Callable[[In], Out], items: Iterable[In]) -> list[Out]:
         """The function of every item, on all of the cores that the diagnosis may use."""

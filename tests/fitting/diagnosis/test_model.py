@@ -1,0 +1,60 @@
+"""Programs are compiled ahead of their use, in the shapes in which they are used."""
+
+from __future__ import annotations
+
+import queue
+from typing import Any
+
+import jax
+import numpy as np
+import pytest
+
+from fitting.diagnosis import model as module
+from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.model import Job, Model
+from fitting.diagnosis.programs import COLUMNS
+from fitting.diagnosis.wander import OWN
+from jaxstick.parts.drive import SineDrive
+from tests.fitting.diagnosis.grounded import laid_out
+from tests.fitting.reference_data import TRUTH, dataset, own_run
+
+
+@pytest.fixture(scope="module")
+def laid() -> tuple[Model, Bench]:
+    return laid_out(dataset(own_run(SineDrive(1.5, 10.325e-3), samples=600)))
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> queue.Queue[Any]:
+    """What programs are asked for: effects, structure and shapes of their arguments; none is compiled."""
+    found: queue.Queue[Any] = queue.Queue()
+
+    def program(*args: Any) -> None:
+        leaves, structure = jax.tree.flatten(args)
+        found.put((tuple(args[0].effects), structure, [np.shape(leaf) for leaf in leaves]))
+        raise ArithmeticError
+
+    monkeypatch.setattr(module, "columns", program)
+    return found
+
+
+def test_what_is_compiled_ahead_is_what_is_used(laid, asked):
+    model, bench = laid
+    groups, count = model.groups()[:2], len(bench.lanes)
+    with model.ahead(bench.lanes, groups):
+        ahead = [asked.get(timeout=30) for _ in groups]
+    each, own = np.tile(model.origin(TRUTH), (count, 1)), np.asarray(bench.lanes.start)
+    chosen = np.tile(np.arange(COLUMNS), (count, 1))
+    for group, before in zip(groups, ahead, strict=True):
+        with pytest.raises(ArithmeticError):
+            model.columns([Job(group, bench.lanes, each, own, chosen)])
+        assert asked.get(timeout=30) == before and before[0] == group
+    assert own.shape[1] == OWN
+
+
+def test_one_core_has_no_time_for_that(laid, asked, monkeypatch):
+    model, bench = laid
+    monkeypatch.setattr(model, "workers", 1)
+    with model.ahead(bench.lanes, model.groups()):
+        pass
+    assert asked.empty()
