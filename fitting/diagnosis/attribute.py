@@ -28,7 +28,7 @@ PROMISING = 20.0
 scores vary by: where only few segments show it, no score can be."""
 CARRIED = 8
 """So many explanations are fitted once more under a contact that the best of them asks for."""
-PIECES_A_LANE = 3.0
+PIECES_A_LANE = 1.0
 """So many independent pieces of evidence has a lane in which scatter outweighs the noise."""
 
 

@@ -54,7 +54,7 @@ NEXT_TO_NOISE = 1.1
 """One effect suffices where it leaves less than this share of the excess, or less than this misfit;"""
 HINT = 0.1
 """Two effects are not sought where none takes away as much as this share of the excess alone;"""
-NOTHING = 0.0005
+NOTHING = 0.001
 NOISE = 1.03
 """it leaves nothing to a second one below these."""
 UNLISTED_FLOOR = 1.1
