@@ -64,7 +64,7 @@ def diagnose(
     fitting = Settings(seed=settings.seed, workers=settings.workers)
     problem = pose(every, fitting)
     model = Model(problem, settings.workers)
-    base = ground(problem, model, fitting, progress)
+    base = ground(problem, model, fitting, progress, model.groups())
     held = split(problem, base.bench, held_out)
     begin = part(base.point, held.fitted)
     bench = resolved(model, base.bench.take(held.fitted), begin)

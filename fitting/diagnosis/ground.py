@@ -51,9 +51,16 @@ class Ground:
     scatter: Scatter | None = None
 
 
-def ground(problem: Problem, model: Model, settings: Settings, progress: Progress) -> Ground:
+def ground(
+    problem: Problem,
+    model: Model,
+    settings: Settings,
+    progress: Progress,
+    groups: Sequence[tuple[str, ...]] = (),
+) -> Ground:
     """The nominal model, sought from several points on the shortest segments, where a misfit has hardly any
-    local minima, and fitted to segments of about one natural period."""
+    local minima, and fitted to segments of about one natural period. Meanwhile programs are compiled for
+    `groups` of effects, which will be asked for next."""
     samples = length(problem)
     segments, phases = cut_in_step(problem.chosen, samples)
     short = [part for segment in segments for part in divided(segment, UNITS)]
@@ -62,7 +69,7 @@ def ground(problem: Problem, model: Model, settings: Settings, progress: Progres
     shortest = lay(problem, short, [-1] * len(short), finest, samples // UNITS + 1, 0).coarser()
     progress.stage("nominal model", SEARCH + REFINED)
     bench = lay(problem, segments, phases, finest, samples, samples // LEAD)
-    with model.ahead(bench.lanes, model.groups()):
+    with model.ahead(bench.lanes, groups):
         few = _some(shortest, FEW)
         rough = _fitted(model, few, begin, progress, iterations=SEARCH)
         others = other_stiffnesses(model, few, min(rough, key=lambda fit: fit.misfit))
