@@ -73,5 +73,5 @@ def amplitude(lanes: Lanes, steps: int, workers: int | None = None, pack: int = 
 
 
 def jacobian(lanes: Lanes, steps: int, workers: int | None = None) -> np.ndarray:
-    """Derivatives of the displacement with respect to A, B, C, D, k1: shape (lanes, 5, samples)."""
+    """Derivatives of the displacement with respect to A, B, C, D, k1: shape (lanes, samples, 5)."""
     return _run(_linearised, lanes, steps, workers)

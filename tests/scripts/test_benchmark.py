@@ -46,11 +46,11 @@ def test_scipy_meets_the_events_of_the_reference(few: lanes.Checked, method: str
 def test_the_jacobian_is_that_of_the_displacement(few: lanes.Checked) -> None:
     """By C, the third of its constants, against a central difference."""
     jacobian = ours.jacobian(few.lanes, STEPS, 1)
-    assert jacobian.shape == (5, 5, lanes.SAMPLES)
+    assert jacobian.shape == (5, lanes.SAMPLES, 5)
     shift = 1e-6
     up, down = (ours.simulate(few.lanes._replace(C=few.lanes.C + side * shift), STEPS, 1) for side in (1, -1))
     difference = (up - down) / (2 * shift)
-    assert np.abs(jacobian[:, 2] - difference).max() < 1e-3 * np.abs(difference).max()
+    assert np.abs(jacobian[:, :, 2] - difference).max() < 1e-3 * np.abs(difference).max()
 
 
 def test_the_loosest_setting_that_meets_the_error_is_taken(few: lanes.Checked) -> None:
