@@ -44,7 +44,7 @@ OTHER_SHAPE = 0.015
 """The share of the excess that the right effect may leave because it has another shape than on the shelf:
 what a second effect makes of no more than that is no evidence for it, unless the two leave hardly more
 than noise:"""
-CLEAN = 1.4
+CLEAN = 1.5
 """no larger misfit than this,"""
 REST = 0.3
 """and at most this share of the excess that the first leaves alone: what mends a shape mends it in part. What
