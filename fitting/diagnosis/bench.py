@@ -80,6 +80,16 @@ class Point:
         each[:, model.by_run] = self.by_run[bench.run]
         return each
 
+    def take(self, index: np.ndarray) -> Point:
+        """The point with what the lanes at these indices have of their own."""
+        return dataclasses.replace(self, own=self.own[index])
+
+    def among(self, own: np.ndarray, index: np.ndarray) -> Point:
+        """The point for more lanes: its own stand at these indices, the others have what `own` says."""
+        own = own.copy()
+        own[index] = self.own
+        return dataclasses.replace(self, own=own)
+
     def without(self, model: Model, keys: Iterable[str]) -> Point:
         """The point with some effects at null and in their typical shape, still attached."""
         own = model.index(*(name for key in keys for name in model.shelf.names(key)))

@@ -115,10 +115,8 @@ def choose_contact(
         ratio = min(_ratio(*pair) for pair in pairs)
         if not min(ratio, *(_left(*pair, floor) for pair in pairs)) < WORTH_TRYING:
             return None
-        own = ground.point.own.copy()
-        own[lanes] = one.point.own
-        alone, widths = one.point.without(its, its.shelf.effects), ground.point.widths
-        point = dataclasses.replace(alone, keys=(), own=own, widths=widths)
+        alone = one.point.without(its, its.shelf.effects).among(ground.point.own, lanes)
+        point = dataclasses.replace(alone, keys=(), widths=ground.point.widths)
         moved = dataclasses.replace(ground, point=point)
         return _typical(one), Chosen(other, its, moved, rival.words, ratio, rival.preferred)
 

@@ -77,7 +77,7 @@ def contest(
             begins.append((promise.second, 1.0))
         for begin, share in begins:
             begun = _begin(model, bench, base, begin, share, keys, approach.far)
-            points.append(dataclasses.replace(begun, own=begun.own[few]))
+            points.append(begun.take(few))
             frees.append(free)
             promised.append(promise)
     if approach.settle:
@@ -127,11 +127,9 @@ def best_of(explanations: Sequence[Explanation]) -> list[Explanation]:
 def _everywhere(model: Model, bench: Bench, base: Refit, few: np.ndarray, point: Point) -> Point:
     """A point found on few lanes for all of them: the others' own settled at its unknowns."""
     rest = np.setdiff1d(np.arange(len(bench.lanes)), few)
-    own = base.point.own.copy()
-    own[few] = point.own
-    part = dataclasses.replace(point, own=own[rest])
-    own[rest], _ = settled(model, bench.take(rest), part, iterations=SETTLE)
-    return dataclasses.replace(point, own=own)
+    whole = point.among(base.point.own, few)
+    found, _ = settled(model, bench.take(rest), whole.take(rest), iterations=SETTLE)
+    return dataclasses.replace(point, own=found).among(whole.own, rest)
 
 
 def _begin(

@@ -28,7 +28,6 @@ from fitting.diagnosis.shrink import (
     closure,
     gain,
     left_open,
-    part,
     refutes,
     split,
     worsens,
@@ -66,7 +65,7 @@ def diagnose(
     model = Model(problem, settings.workers)
     base = ground(problem, model, fitting, progress, model.groups())
     held = split(problem, base.bench, held_out)
-    begin = part(base.point, held.fitted)
+    begin = base.point.take(held.fitted)
     bench = resolved(model, base.bench.take(held.fitted), begin)
     chosen, bench, seen = surveyed(Chosen(problem, model, base), bench, begin, held, progress)
     found = attribute(chosen.model, bench, seen, progress)
@@ -159,7 +158,7 @@ def _finally(
     """The nominal model and the named explanation, each fitted once more to everything there is."""
 
     chosen = [found.nominal] if named is None else [found.nominal, named.refit]
-    begin = [held.on_all(fit.point, base.point.own) for fit in chosen]
+    begin = [fit.point.among(base.point.own, held.fitted) for fit in chosen]
     results = refit(model, base.bench, begin, [fit.free for fit in chosen])
     nominal, *others = model.side_by_side(lambda fit: released(model, base.bench, fit), results)
     return nominal, others[-1] if others else nominal

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fitting.diagnosis.attribute import Attribution, on_another_contact
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import Chosen, choose_contact
-from fitting.diagnosis.shrink import Split, part
+from fitting.diagnosis.shrink import Split
 from fitting.diagnosis.survey import Survey, survey
 from fitting.progress import Progress
 
@@ -24,7 +24,7 @@ def beside_single_effects(
     other = choose_contact(paper, bench, held.fitted, fits, seen.floor, progress)
     if other.words is None:
         return paper, seen
-    again = survey(other.model, bench, part(other.ground.point, held.fitted), progress)
+    again = survey(other.model, bench, other.ground.point.take(held.fitted), progress)
     if seen.suffices:
         explains = again.nominal.misfit < seen.least
     else:

@@ -155,7 +155,7 @@ def _promising_shapes(model: Model, bench: Bench, at: Refit, groups: Sequence[tu
         return []
     few = np.arange(0, len(bench.lanes), THIN)
     part = bench.take(few)
-    point = dataclasses.replace(at.point, own=at.point.own[few])
+    point = at.point.take(few)
     thin = dataclasses.replace(at, point=point, weights=at.weights[few])
     keys = [key for group in shaped for key in group]
     places = _places(model, part, keys)

@@ -43,13 +43,6 @@ class Split:
     def by_segments(self) -> bool:
         return not self.files
 
-    def on_all(self, point: Point, own: np.ndarray) -> Point:
-        """A point that was fitted to the lanes that are not held out for all of them, of which the others
-        keep what they have of their `own`."""
-        own = own.copy()
-        own[self.fitted] = point.own
-        return dataclasses.replace(point, own=own)
-
 
 def split(problem: Problem, bench: Bench, hold_out: Sequence[str]) -> Split:
     """Holds out the named runs; else a third of the runs; with fewer than four, every third stretch of lanes.
@@ -73,11 +66,6 @@ def split(problem: Problem, bench: Bench, hold_out: Sequence[str]) -> Split:
     numbers = [files.index(name) for name in named]
     mask = np.isin(bench.run, numbers)
     return Split(np.flatnonzero(~mask), np.flatnonzero(mask), named)
-
-
-def part(point: Point, lanes: np.ndarray) -> Point:
-    """A point with what some lanes have of their own alone."""
-    return dataclasses.replace(point, own=point.own[lanes])
 
 
 def closure(

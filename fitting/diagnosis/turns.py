@@ -29,9 +29,8 @@ def surveyed(
     seen = survey(chosen.model, bench, begin, progress)
     for _ in range(TURNS):
         if seen.scatters or _overrated(bench, seen):
-            every = dataclasses.replace(chosen.ground, bench=paper.ground.bench)
-            chosen = dataclasses.replace(chosen, ground=every)
-            chosen, bench = _evened(chosen, plain, held, seen.found[0].refit.point)
+            best = seen.found[0].refit.point
+            chosen, bench = _evened(chosen, paper.ground.bench, plain, held, best)
             seen = survey(chosen.model, bench, seen.nominal.point, progress)
         if chosen.words is None and (not seen.suffices or concerns_contact(chosen.model, seen.found[0].keys)):
             chosen, seen = beside_single_effects(chosen, bench, seen, held, progress)
@@ -44,11 +43,11 @@ def _overrated(bench: Bench, seen: Survey) -> bool:
     return bench.scatters and seen.least < OVERRATED
 
 
-def _evened(chosen: Chosen, plain: Bench, held: Split, best: Point) -> tuple[Chosen, Bench]:
+def _evened(chosen: Chosen, every: Bench, plain: Bench, held: Split, best: Point) -> tuple[Chosen, Bench]:
     """The choice with its ground, and the bench of what is not held out, both weighed by what does not repeat
-    itself under the best explanation of that bench so far."""
-    model, ground = chosen.model, chosen.ground
+    itself under the best explanation of that bench so far; `every` and `plain` are they as laid out."""
+    model = chosen.model
     scatter = Scatter.of(model, plain, best, chosen.problem.period)
-    whole = scatter.evened(model, ground.bench, held.on_all(best, ground.point.own))
-    weighed = dataclasses.replace(ground, bench=whole, scatter=scatter)
-    return dataclasses.replace(chosen, ground=weighed), scatter.evened(model, plain, best)
+    whole = scatter.evened(model, every, best.among(chosen.ground.point.own, held.fitted))
+    ground = dataclasses.replace(chosen.ground, bench=whole, scatter=scatter)
+    return dataclasses.replace(chosen, ground=ground), scatter.evened(model, plain, best)

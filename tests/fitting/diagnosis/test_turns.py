@@ -53,9 +53,7 @@ def laid() -> Laid:
     every = from_the_truth(model, bench, (), model.origin(TRUTH))
     lanes = np.arange(len(bench.lanes))
     held = Split(lanes[lanes % 5 > 0], lanes[lanes % 5 == 0], ())
-    right = dataclasses.replace(
-        every, point=dataclasses.replace(every.point, own=every.point.own[held.fitted])
-    )
+    right = dataclasses.replace(every, point=every.point.take(held.fitted))
     astray = right.point.own.copy()
     astray[:, 0] += 1e-3 * random.standard_normal(len(astray))
     poor = dataclasses.replace(right, point=dataclasses.replace(right.point, own=astray))
@@ -65,7 +63,7 @@ def laid() -> Laid:
 
 def surveyed(laid: Laid, monkeypatch: pytest.MonkeyPatch, *script: tuple[Refit, float, float]):
     """What is found where surveys come, one after the other, to these refits with these misfits above these
-    floors; and how many surveys were made."""
+    floors; all of them are made, and no more."""
     left = list(script)
 
     def scripted(*_: object) -> Survey:
