@@ -39,9 +39,10 @@ class Lanes(eqx.Module):
 
     `rig_shift` holds what each lane's rig parameters differ by from the hypothesis; weights are reciprocal
     standard deviations of the channels, 0 where a sample does not count; `start` and `start_deviation` are
-    the prior of displacement, velocity and contact force at the first sample; `rest` [s], `impulse` [N s] and
-    `slid` say for how long the mass has then been at rest, what the friction force has by then added up to,
-    and the sense in which the mass slid last (1, -1, 0: not known).
+    the prior of displacement, velocity and contact force at the first sample; `rest` [s], `impulse` [N s],
+    `slid` and `recorded` [N] say for how long the mass has then been at rest, what the friction force has by
+    then added up to, the sense in which the mass slid last (1, -1, 0: not known), and what the force channel
+    shows, smoothed over a few samples (not a number without that channel).
     """
 
     rig_shift: Mapping[str, Lane]
@@ -57,6 +58,7 @@ class Lanes(eqx.Module):
     rest: Lane
     impulse: Lane
     slid: Lane
+    recorded: Lane
     substeps: int = eqx.field(static=True)
 
     def __len__(self) -> int:
@@ -115,7 +117,7 @@ def lane_motion(oscillator: Oscillator, lane: Lanes, start: Array, pace: Pace) -
     origin, interval = jnp.asarray(lane.start_time), jnp.asarray(lane.interval)
     samples = lane.displacement.shape[-1]
     grid = OpenGrid(origin, interval, jnp.asarray(pace.substeps), jnp.asarray(pace.reach), samples)
-    past = (jnp.asarray(past) for past in (lane.rest, lane.impulse, lane.slid))
+    past = (jnp.asarray(past) for past in (lane.rest, lane.impulse, lane.slid, lane.recorded))
     begin = Start(start[0], start[1], start[2], *past)
     return march(oscillator, begin, grid)
 

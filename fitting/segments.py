@@ -96,6 +96,7 @@ def lay_out(
         rest=stacked["rest"],
         impulse=stacked["impulse"],
         slid=stacked["slid"],
+        recorded=stacked["recorded"],
         substeps=substeps,
     )
 
@@ -168,4 +169,5 @@ def _lane(
         "rest": signal.rest[segment.first],
         "impulse": signal.impulse[segment.first],
         "slid": signal.slid[segment.first],
+        "recorded": signal.recorded[segment.first],
     }

@@ -23,6 +23,8 @@ FAST = 0.3
 """above this one it surely slides,"""
 ALL_BUT = 0.7
 """and no force below this share of the typical one there is that of sliding."""
+SMOOTH = 5, 2
+"""Samples and order of the polynomials that smooth the recorded friction force."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -32,7 +34,8 @@ class Signals:
     `base` and `force` are the excitation at the samples (zero where the run has none). `friction` is the
     recorded friction force or, without that channel, m x'' + c x' + K x - k_d y - c_d y' - u. `rest` is for
     how long the mass has been at rest [s], `impulse` the integral of the friction force from the beginning of
-    the run [N s], `slid` the sense in which the mass slid last (1, -1, or 0 where it has not yet).
+    the run [N s], `slid` the sense in which the mass slid last (1, -1, or 0 where it has not yet), `recorded`
+    the recorded friction force smoothed over a few samples, not a number without that channel.
     """
 
     run: Run
@@ -48,6 +51,7 @@ class Signals:
     rest: Samples
     impulse: Samples
     slid: Samples
+    recorded: Samples
 
     def redrawn(self, random: np.random.Generator) -> Signals:
         """The same signals with another draw of the base's noise, read off as the record itself was."""
@@ -74,7 +78,9 @@ def read_signals(run: Run, noise: Noise) -> Signals:
     )
     if run.friction is not None and friction_noise is not None:
         friction, friction_deviation = run.friction, friction_noise
+        recorded = np.asarray(savgol_filter(friction, *SMOOTH))
     else:
+        recorded = np.full(len(velocity), math.nan)
         friction, friction_deviation = _balance(run, base, force, velocity, window, displacement_noise)
     moving = np.abs(velocity) > max(STILL * np.max(np.abs(velocity)), 4 * velocity_deviation)
     return Signals(
@@ -91,6 +97,7 @@ def read_signals(run: Run, noise: Noise) -> Signals:
         (np.arange(len(velocity)) - np.maximum(_last(moving), 0)) * dt,
         cumulative_trapezoid(friction, dx=dt, initial=0.0),
         _slid(velocity, friction, moving),
+        recorded,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -24,8 +25,9 @@ PROBE = 1e-7
 class Start(NamedTuple):
     """How a motion begins: displacement [m], velocity [m/s], friction force held by the contact [N], for how
     long the contact has been at rest [s]; and, where it is picked up in the middle of a record, the integral
-    of the recorded friction force from the beginning of the run [N s], and the sense in which the mass slid
-    last (1, -1, or 0 where it did not)."""
+    of the recorded friction force from the beginning of the run [N s], the sense in which the mass slid last
+    (1, -1, or 0 where it did not), and the friction force as it is recorded there [N], not a number where it
+    is not."""
 
     displacement: Scalar = 0.0
     velocity: Scalar = 0.0
@@ -33,6 +35,7 @@ class Start(NamedTuple):
     rest: Scalar = 0.0
     impulse: Scalar = 0.0
     slid: Scalar = 0.0
+    recorded: Scalar = math.nan
 
 
 class State(NamedTuple):
@@ -98,7 +101,7 @@ class Oscillator(eqx.Module):
         friction, contact = self.contact.initial(approach, traction)
         motion = motion._replace(a=(self.rig.force(rig, motion) + friction) / self.rig.inertia())
         rate = self._friction_rate(motion, self.rig.surface(excitation), rig, contact, traction)
-        past = Past(rate, start.impulse)
+        past = Past(rate, start.impulse, start.recorded)
         instrument = self.instrument.initial(motion, friction, past)
         return State(start.displacement, start.velocity, friction, contact, rig, law, instrument)
 

@@ -49,18 +49,22 @@ class _Play(NamedTuple):
 
 
 class _PlayInForce(AbstractForceLink):
-    """At the start the play lies on the side on which the rate of the force then has put it."""
+    """At the start the play lies where the recorded force says, else on the side on which the rate of the
+    force then has put it."""
 
     inner: AbstractInstrument
     width: Scalar
 
     def begin(self, motion: Motion, friction: Scalar, past: Past) -> _Play:
-        return _Play(self.width * jnp.sign(past.rate), friction)
+        unknown = jnp.isnan(past.recorded)
+        lead = self._within(friction - jnp.where(unknown, 0.0, past.recorded))
+        return _Play(jnp.where(unknown, self.width * jnp.sign(past.rate), lead), friction)
 
     def follow(self, own: _Play, motion: Motion, friction: Scalar, step: Scalar) -> _Play:
-        lead = own.lead + (friction - own.entering)
-        lead = jnp.where(lead > self.width, self.width, jnp.where(lead < -self.width, -self.width, lead))
-        return _Play(lead, friction)
+        return _Play(self._within(own.lead + (friction - own.entering)), friction)
 
     def passed(self, own: _Play, motion: Motion, friction: Scalar) -> Scalar:
         return friction - own.lead
+
+    def _within(self, lead: Scalar) -> Scalar:
+        return jnp.where(lead > self.width, self.width, jnp.where(lead < -self.width, -self.width, lead))

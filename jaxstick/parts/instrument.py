@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+import math
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -22,11 +23,13 @@ class Past(NamedTuple):
     """What is known, at the start of a motion, of the time before it.
 
     rate, at which the friction force changes at the start [N/s]; impulse, the integral of the friction force
-    as it was recorded, from the beginning of the run to the start [N s].
+    as it was recorded, from the beginning of the run to the start [N s]; recorded, that force at the start
+    [N], not a number where nobody knows.
     """
 
     rate: Scalar = 0.0
     impulse: Scalar = 0.0
+    recorded: Scalar = math.nan
 
     def change(self, friction: Scalar, span: Scalar) -> Scalar:
         """By how much the friction force, `friction` [N] at the start, changed in the last `span` seconds:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
 from fitting.signals import read_signals
@@ -30,3 +32,16 @@ def test_a_mass_that_has_not_moved_yet_has_not_slid():
     first = int(np.flatnonzero(np.abs(exact.displacement) > 1e-4)[0])
     seen = read_signals(exact, NOISE)
     assert np.all(seen.slid[: first // 4] == 0)
+
+
+def test_the_recorded_force_is_smoothed():
+    exact = own_run(SineDrive(0.8, 10.325e-3), samples=900)
+    run = noisy(exact, np.random.default_rng(7))
+    seen, slides = read_signals(run, NOISE), np.abs(np.gradient(exact.displacement)) > 2e-5
+
+    def error(force: np.ndarray) -> float:
+        return float(np.sqrt(np.mean((force - exact.friction)[slides] ** 2)))
+
+    assert run.friction is not None and error(seen.recorded) < 0.8 * error(run.friction)
+    unrecorded = read_signals(dataclasses.replace(run, friction=None), NOISE)
+    assert np.all(np.isnan(unrecorded.recorded))
