@@ -13,16 +13,18 @@ from jaxstick.parameter import parameter
 from jaxstick.parts.force_link import AbstractForceLink
 from jaxstick.parts.instrument import AbstractInstrument
 from jaxstick.parts.motion import Motion, Scalar
+from jaxstick.parts.settling import settling, settling_time
 
 
 class ForceDrift(AbstractEffect):
-    """The force is recorded as F + rate t, with t the time since the run began."""
+    """The force is recorded as F + rate time (1 - exp(-t/time)), with t the run's own time [s]: the zero
+    moves by `rate` at first and comes to rest after some `time`; F + rate t for a long one."""
 
     card: ClassVar[Card] = Card(
         title="Zero of the force channel drifts",
         family="measurement",
-        symptom="The recorded force rises or falls steadily from the first cycle of a run to the last, "
-        "forward and backward plateaus alike; the motion repeats itself.",
+        symptom="The recorded force rises or falls from the first cycle of a run to the last, steadily or "
+        "less and less, forward and backward plateaus alike; the motion repeats itself.",
         explanation=(
             "Strain gauges and amplifiers that warm up, or a gauge adhesive that creeps under the mean load, "
             "move the zero of the force channel while the run lasts. Friction that changes over the run "
@@ -34,16 +36,19 @@ class ForceDrift(AbstractEffect):
         "zero drift as an interfering input.",
     )
     rate: Float[Array, ""] | float = parameter(
-        "N/s", "rate of the zero of the force channel", null=0.0, typical=6e-4, default=0.0
+        "N/s", "rate of the zero of the force channel, at first", null=0.0, typical=6e-4, default=0.0
     )
+    time: Float[Array, ""] | float = settling_time()
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(oscillator, instrument=_DriftingForce(oscillator.instrument, self.rate))
+        instrument = _DriftingForce(oscillator.instrument, self.rate, self.time)
+        return dataclasses.replace(oscillator, instrument=instrument)
 
 
 class _DriftingForce(AbstractForceLink):
     inner: AbstractInstrument
     rate: Scalar
+    time: Scalar
 
     def passed(self, own: Any, motion: Motion, friction: Scalar) -> Scalar:
-        return friction + self.rate * motion.t
+        return friction + self.rate * settling(motion.t, self.time)

@@ -13,17 +13,19 @@ from jaxstick.parameter import parameter
 from jaxstick.parts.friction import AbstractFriction
 from jaxstick.parts.motion import Motion, Scalar
 from jaxstick.parts.scaled_friction import AbstractScaledFriction
+from jaxstick.parts.settling import settling, settling_time
 
 
 class FrictionDrift(AbstractEffect):
-    """Multiplies the law by 1 + rate t, t the run's own time [s], at t = 0 the law as it is."""
+    """Multiplies the law by 1 + rate time (1 - exp(-t/time)), t the run's own time [s]: the law as it is at
+    t = 0, which changes by `rate` at first and comes to rest after some `time`; 1 + rate t for a long one."""
 
     card: ClassVar[Card] = Card(
         title="Friction drifts during a run",
         family="friction",
         symptom=(
-            "Both plateaus of the friction force move apart (or together) steadily from the first cycle to "
-            "the last; the zero between them stays where it is."
+            "Both plateaus of the friction force move apart (or together) from the first cycle to the last, "
+            "steadily or less and less; the zero between them stays where it is."
         ),
         explanation=(
             "The surfaces change while they are tested: they run in, polish, warm up, lose lubricant or "
@@ -37,16 +39,18 @@ class FrictionDrift(AbstractEffect):
         source="Blau, On the nature of running-in, Tribology International 38 (2005) 1007.",
     )
     rate: Float[Array, ""] | float = parameter(
-        "1/s", "relative change of friction in a second", null=0.0, typical=1e-3, default=0.0
+        "1/s", "relative change of friction in a second, at first", null=0.0, typical=1e-3, default=0.0
     )
+    time: Float[Array, ""] | float = settling_time()
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(oscillator, friction=_Drifting(oscillator.friction, self.rate))
+        return dataclasses.replace(oscillator, friction=_Drifting(oscillator.friction, self.rate, self.time))
 
 
 class _Drifting(AbstractScaledFriction):
     inner: AbstractFriction
     rate: Scalar
+    time: Scalar
 
     def excess(self, motion: Motion) -> Scalar:
-        return self.rate * motion.t
+        return self.rate * settling(motion.t, self.time)

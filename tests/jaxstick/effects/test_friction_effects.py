@@ -62,7 +62,7 @@ FACTORS: dict[str, tuple[dict[str, float], Callable[[Any], np.ndarray]]] = {
         {"in_phase": 0.1, "quadrature": 0.05},
         lambda run: 0.1 * np.sin(3 * math.pi * run.time) + 0.05 * np.cos(3 * math.pi * run.time),
     ),
-    "friction_drift": ({"rate": 0.2}, lambda run: 0.2 * run.time),
+    "friction_drift": ({"rate": 0.2, "time": 0.7}, lambda run: 0.14 * (1 - np.exp(-run.time / 0.7))),
 }
 
 
