@@ -32,6 +32,8 @@ SETTLED = 4.0
 FAR_OFF = 5.0
 """nor do lanes whose level or slope lies so many standard deviations from none: an event that was lost can be
 made good by a level that is far off."""
+RIDGE = 1e-12
+"""Keeps apart what a lane has of its own where its motion tells nearly nothing apart."""
 MEDIAN_SQUARE = 0.455
 """The median of the square of a standard normal variable."""
 
@@ -102,9 +104,8 @@ def likeliest(
         rest = np.array([i for i in range(OWN) if i != place])
         precision = widths[number] ** -2.0
         across = curvature[:, place, rest]
-        solved = np.linalg.solve(
-            curvature[:, rest][:, :, rest], np.stack([across, gradient[:, rest]], axis=2)
-        )
+        within = curvature[:, rest][:, :, rest] * (1 + RIDGE * np.eye(OWN - 1))
+        solved = np.linalg.solve(within, np.stack([across, gradient[:, rest]], axis=2))
         information = curvature[:, place, place] - precision - np.einsum("lr,lr->l", across, solved[:, :, 0])
         pull = gradient[:, place] - precision * own[:, place] - np.einsum("lr,lr->l", across, solved[:, :, 1])
         information = np.maximum(information, 1e-12)

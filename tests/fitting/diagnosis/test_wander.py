@@ -71,3 +71,10 @@ def test_the_factor_on_the_law():
         for part in ("limit", "viscous"):
             plain, changed = (getattr(one, part)(None, motion) for one in (law, wandering))
             assert float(changed) == pytest.approx(float(plain) * np.exp(exponent), rel=1e-5)
+
+
+def test_lanes_that_tell_next_to_nothing_apart_are_no_failure():
+    """Where motion runs away, curvature may be of one direction alone as far as numbers go."""
+    own, gradient, curvature, widths, share = lanes(2e-3, 1.0, 5)
+    curvature[3] = 1e40
+    assert likeliest(own, gradient, curvature, widths, share).widths[0] == pytest.approx(2e-3, rel=0.35)
