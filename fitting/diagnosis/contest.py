@@ -12,11 +12,11 @@ import numpy as np
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.layout import Layout, with_strengths
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import ITERATIONS, Refit, refit, within_columns
+from fitting.diagnosis.refit import ITERATIONS, Refit, misfit_of, refit, within_columns
 from fitting.diagnosis.release import all_settled, settled
 from fitting.diagnosis.screen import Promise
 from fitting.diagnosis.wander import LEAST
-from fitting.progress import Progress
+from fitting.progress import Progress, Silent
 
 THIN = 3
 """Starts compete on one lane in so many, for `HEAT` steps."""
@@ -28,16 +28,18 @@ HOPELESS = 2.0
 
 class Approach(NamedTuple):
     """How refits begin: at which shares of the change that the linearised model expects, at most how many
-    typical sizes from null, and whether lanes settle first."""
+    typical sizes from null; whether lanes settle first, and whether what ends above the base, which it
+    contains, begins once more at null."""
 
     shares: tuple[float, ...]
     far: float
     settle: bool
+    returns: bool
 
 
-FROM_AFAR = Approach((0.7, 3.0), 6.0, False)
+FROM_AFAR = Approach((0.7, 3.0), 6.0, False, True)
 """From a model that lacks the effect: what is expected there may be far off."""
-FROM_NEARBY = Approach((0.5, 1.0), math.inf, True)
+FROM_NEARBY = Approach((0.5, 1.0), math.inf, True, False)
 """From a model that has another effect in its place, and may have gone a long way with it."""
 
 
@@ -68,50 +70,79 @@ def contest(
     """
     few = np.arange(0, len(bench.lanes), THIN)
     heat = bench.take(few)
-    points, frees, promised = [], [], []
+    starts = []
     for promise in promises:
-        free = within_columns(model, base.free, model.of(promise.key))
-        keys = model.together(base.point.keys, promise.key)
         begins = [(promise, share) for share in approach.shares]
         if promise.second is not None:
             begins.append((promise.second, 1.0))
         for begin, share in begins:
-            begun = _begin(model, bench, base, begin, share, keys, approach.far)
-            points.append(begun.take(few))
-            frees.append(free)
-            promised.append(promise)
+            point = _begin(model, bench, base, begin, share, approach.far)
+            starts.append(start(model, base, promise, point.take(few)))
     if approach.settle:
-        points = all_settled(model, heat, points)
+        points = all_settled(model, heat, [each.point for each in starts])
+        starts = [each._replace(point=point) for each, point in zip(starts, points, strict=True)]
     common = model.free_effects(base.free)
     progress.stage("pairs refitted" if common else "effects refitted", HEAT + ITERATIONS)
+    moves = bool(np.any(base.point.widths > LEAST))
+    tried = heats(model, heat, starts, progress, wander=moves)
+    if approach.returns:
+        stays = base.price(bench) * misfit_of(base.cost[few], heat.dof())
+        null = base.point.take(few)
+        astray = [start(model, base, each.promise, null) for each in tried if each.refit.misfit > stays]
+        tried = best_of([*tried, *heats(model, heat, astray, Silent(), wander=moves)])
+    return final(model, bench, base.point.own, few, tried, finalists, progress, wander=wander)
+
+
+class Start(NamedTuple):
+    """Where a refit of a promise begins, on some lanes, and what is then free."""
+
+    promise: Promise
+    keys: tuple[str, ...]
+    point: Point
+    free: np.ndarray
+
+
+def start(model: Model, base: Refit, promise: Promise, point: Point) -> Start:
+    """A start of a promise on top of the effects that the base has, at a point of the base's lanes."""
+    keys = *model.free_effects(base.free), promise.key
+    point = dataclasses.replace(point, keys=model.together(base.point.keys, promise.key))
+    return Start(promise, keys, point, within_columns(model, base.free, model.of(promise.key)))
+
+
+def heats(
+    model: Model, heat: Bench, starts: Sequence[Start], progress: Progress, *, wander: bool
+) -> list[Explanation]:
+    """The best start of every promise, all fitted for `HEAT` steps to a part of the lanes."""
+    points, frees = [each.point for each in starts], [each.free for each in starts]
     tried = refit(
-        model,
-        heat,
-        points,
-        frees,
-        iterations=HEAT,
-        wander=bool(np.any(base.point.widths > LEAST)),
-        progress=lambda: progress.advance(),
+        model, heat, points, frees, iterations=HEAT, wander=wander, progress=lambda: progress.advance()
     )
-    heats: dict[str, tuple[Promise, Refit]] = {}
-    for promise, result in zip(promised, tried, strict=True):
-        rival = heats.get(promise.key)
-        if rival is None or result.misfit < rival[1].misfit:
-            heats[promise.key] = promise, result
-    final = sorted(heats.values(), key=lambda pair: pair[1].misfit)[:finalists]
+    return best_of([Explanation(s.keys, s.promise, fit) for s, fit in zip(starts, tried, strict=True)])
+
+
+def final(
+    model: Model,
+    bench: Bench,
+    own: np.ndarray,
+    few: np.ndarray,
+    tried: Sequence[Explanation],
+    finalists: int,
+    progress: Progress,
+    *,
+    wander: bool = True,
+) -> list[Explanation]:
+    """The best of what was tried on few lanes fitted to all of them; the others begin with their `own`."""
+    best = sorted(tried, key=lambda e: e.refit.misfit)[:finalists]
     results = refit(
         model,
         bench,
-        model.side_by_side(lambda pair: _everywhere(model, bench, base, few, pair[1].point), final),
-        [result.free for _, result in final],
+        model.side_by_side(lambda e: _everywhere(model, bench, own, few, e.refit.point), best),
+        [e.refit.free for e in best],
         wander=wander,
         hopeless=HOPELESS,
         progress=lambda: progress.advance(),
     )
-    return [
-        Explanation((*common, promise.key), promise, result)
-        for (promise, _), result in zip(final, results, strict=True)
-    ]
+    return [dataclasses.replace(e, refit=fit) for e, fit in zip(best, results, strict=True)]
 
 
 def best_of(explanations: Sequence[Explanation]) -> list[Explanation]:
@@ -124,10 +155,12 @@ def best_of(explanations: Sequence[Explanation]) -> list[Explanation]:
     return list(best.values())
 
 
-def _everywhere(model: Model, bench: Bench, base: Refit, few: np.ndarray, point: Point) -> Point:
-    """A point found on few lanes for all of them: the others' own settled at its unknowns."""
+def _everywhere(model: Model, bench: Bench, own: np.ndarray, few: np.ndarray, point: Point) -> Point:
+    """A point found on few lanes for all of them: the others' `own` settled at its unknowns."""
     rest = np.setdiff1d(np.arange(len(bench.lanes)), few)
-    whole = point.among(base.point.own, few)
+    whole = point.among(own, few)
+    if not len(rest):
+        return whole
     found, _ = settled(model, bench.take(rest), whole.take(rest), iterations=SETTLE)
     return dataclasses.replace(point, own=found).among(whole.own, rest)
 
@@ -138,7 +171,6 @@ def _begin(
     base: Refit,
     promise: Promise,
     share: float,
-    keys: tuple[str, ...],
     far: float,
 ) -> Point:
     """Where a refit begins: at a share of the expected change, the free unknowns and what runs have of their
@@ -152,4 +184,4 @@ def _begin(
         point.coordinates[model.index(*model.shelf.shapes[promise.key])] = promise.shape
     coordinates = np.clip(point.coordinates, model.lower, model.upper)
     by_run = np.clip(point.by_run, model.lower[model.by_run], model.upper[model.by_run])
-    return dataclasses.replace(point, keys=keys, coordinates=coordinates, by_run=by_run)
+    return dataclasses.replace(point, coordinates=coordinates, by_run=by_run)

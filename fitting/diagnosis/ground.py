@@ -42,12 +42,14 @@ WANDER = 0.01
 
 @dataclasses.dataclass(frozen=True)
 class Ground:
-    """Lanes of all runs, the nominal model at what the search for its constants found, and by how much the
-    records scatter, where that is notably more than the noise."""
+    """Lanes of all runs, the nominal model at what the search for its constants found, the constants
+    (coordinates) that the search began from, and by how much the records scatter, where that is notably more
+    than the noise."""
 
     segments: tuple[Segment, ...]
     bench: Bench
     point: Point
+    begins: np.ndarray
     scatter: Scatter | None = None
 
 
@@ -64,14 +66,14 @@ def ground(
     samples = length(problem)
     segments, phases = cut_in_step(problem.chosen, samples)
     short = [part for segment in segments for part in divided(segment, UNITS)]
-    begin = list(_beginnings(problem, settings))
-    finest = _steps(problem, 1, begin, settings)
+    begins = _beginnings(problem, settings)
+    finest = _steps(problem, 1, list(begins), settings)
     shortest = lay(problem, short, [-1] * len(short), finest, samples // UNITS + 1, 0).coarser()
     progress.stage("nominal model", SEARCH + REFINED)
     bench = lay(problem, segments, phases, finest, samples, samples // LEAD)
     with model.ahead(bench.lanes, groups):
         few = _some(shortest, FEW)
-        rough = _fitted(model, few, begin, progress, iterations=SEARCH)
+        rough = _fitted(model, few, list(begins), progress, iterations=SEARCH)
         others = other_stiffnesses(model, few, min(rough, key=lambda fit: fit.misfit))
         found = _fitted(model, _some(shortest, MORE), [*_best(model, rough), *others], Silent())
         best = _best(model, found)
@@ -79,7 +81,7 @@ def ground(
         fits = _fitted(model, bench, best, progress, iterations=REFINED, settle=True)
     fit = min(fits, key=lambda fit: fit.misfit)
     widths = np.full(OWN - START, WANDER if bench.wanders else LEAST)
-    return Ground(tuple(segments), bench, dataclasses.replace(fit.point, widths=widths))
+    return Ground(tuple(segments), bench, dataclasses.replace(fit.point, widths=widths), begins)
 
 
 def resolved(model: Model, bench: Bench, point: Point) -> Bench:

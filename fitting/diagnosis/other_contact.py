@@ -24,7 +24,7 @@ def beside_single_effects(
     other = choose_contact(paper, bench, held.fitted, fits, seen.floor, progress)
     if other.words is None:
         return paper, seen
-    again = survey(other.model, bench, other.ground.point.take(held.fitted), progress)
+    again = survey(other.model, bench, other.ground.point.take(held.fitted), other.ground.begins, progress)
     if seen.suffices:
         explains = again.nominal.misfit < seen.least
     else:

@@ -21,6 +21,8 @@ ENOUGH = 2e-4
 STUCK = 1e7
 PATIENCE = 8.0
 LEAST_TURNS = 4
+LEVELLED = ("A", "C", "D")
+"""The constants that a level of friction multiplies."""
 BROKEN = 1e30
 """What a lane costs whose motion is no number, as with parameters that no rig has."""
 
@@ -144,6 +146,28 @@ def within_columns(model: Model, *unknowns: np.ndarray) -> np.ndarray:
     return free[: COLUMNS - 1]
 
 
+def centred(model: Model, bench: Bench, point: Point) -> Point:
+    """The same motion with levels of friction where they belong: the mean of a run's lanes is the run's, the
+    mean of all runs in A, C and D, which levels multiply. A search that may damp every lane's steps would
+    leave them for long where they do not.
+    """
+    own, by_run, coordinates = point.own.copy(), point.by_run.copy(), point.coordinates.copy()
+    runs = np.unique(bench.run)
+    for run in runs:
+        mean = own[bench.run == run, START].mean()
+        own[bench.run == run, START] -= mean
+        by_run[run, 0] += mean
+    common = by_run[runs, 0].mean()
+    by_run[runs, 0] -= common
+    for number in model.index(*LEVELLED):
+        member = model.members[number]
+        coordinates[number] = member.to_coordinate(member.to_value(coordinates[number]) * math.exp(common))
+    inside = (coordinates >= model.lower) & (coordinates <= model.upper)
+    if not inside.all() or np.abs(by_run[:, 0]).max() > model.upper[model.level]:
+        return point
+    return dataclasses.replace(point, coordinates=coordinates, by_run=by_run, own=own)
+
+
 def job(model: Model, bench: Bench, point: Point, chosen: np.ndarray | None = None) -> Job:
     """The linearisation of a bench at a point, by what each lane has of its own and the chosen unknowns."""
     if chosen is None:
@@ -184,6 +208,7 @@ class _Search:
     def __init__(self, model: Model, bench: Bench, point: Point, free: np.ndarray, wander: bool) -> None:
         self.model, self.bench, self.point, self.free = model, bench, point, free
         self.wander = wander and bench.wanders
+        self.centres = self.wander and np.isin(model.index(*LEVELLED), free).all()
         self.chosen = chosen_columns(free, model.level, len(bench.lanes))
         self.dof = bench.dof()
         self.damping, self.cost, self.over, self.taken = 1e-3, np.inf, False, 0
@@ -265,7 +290,8 @@ class _Search:
         step = reached - at
         mine = step[self.layout.index[run]]
         own = self.point.own - solved[:, :, 0] - np.einsum("lsc,lc->ls", solved[:, :, 1:], mine)
-        return dataclasses.replace(self.layout.moved(self.model, self.point, reached), own=own)
+        point = dataclasses.replace(self.layout.moved(self.model, self.point, reached), own=own)
+        return centred(self.model, self.bench, point) if self.centres else point
 
     def result(self) -> Refit:
         return Refit(

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from fitting.diagnosis.afresh import afresh, outright
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contest import FROM_NEARBY, Explanation, best_of, contest
 from fitting.diagnosis.judge import suffices
@@ -69,8 +70,10 @@ class Survey:
         return suffices(self.nominal.misfit / self.floor, self.found[0].refit.misfit / self.floor)
 
 
-def survey(model: Model, bench: Bench, point: Point, progress: Progress) -> Survey:
-    """Screens every effect on a bench, from the nominal model's point on, and refits the promising ones."""
+def survey(model: Model, bench: Bench, point: Point, begins: np.ndarray, progress: Progress) -> Survey:
+    """Screens every effect on a bench, from the nominal model's point on, and refits the promising ones.
+    Where none suffices, what else there is is tried outright, and where no friction was recorded, all afresh
+    from the constants in `begins`."""
     progress.stage("effects screened", 2)
     (nominal,) = refit(model, bench, [point], [model.nuisances()])
     nominal = released(model, bench, nominal)
@@ -82,6 +85,14 @@ def survey(model: Model, bench: Bench, point: Point, progress: Progress) -> Surv
     if found[0].refit.misfit < STRONG * nominal.misfit:
         others = second_look(model, bench, found, found[0].keys[0], 0, first.shapes, progress)
         found = best_of(freed(model, bench, [*found, *others])) if others else found
+    seen = Survey(nominal, first, tuple(found), floor_of(model, bench, [nominal, found[0].refit]))
+    if seen.suffices or seen.scatters:
+        return seen
+    missed = [p for p in first.promises if p.key not in {e.keys[0] for e in found}]
+    others = outright(model, bench, nominal, missed, OVERLOOKED, progress)
+    if not bench.wanders:
+        others += afresh(model, bench, nominal, begins, first.promises, FINALISTS, progress)
+    found = freed(model, bench, best_of([*found, *others]))
     floor = floor_of(model, bench, [nominal, found[0].refit])
     return Survey(nominal, first, tuple(found), floor)
 

@@ -26,12 +26,12 @@ def surveyed(
     repeat itself where that is notable, and the survey there. `paper`, `plain`: the assumed contact, and the
     bench as it was laid out; `begin`: the nominal model there."""
     chosen, bench = paper, plain
-    seen = survey(chosen.model, bench, begin, progress)
+    seen = survey(chosen.model, bench, begin, paper.ground.begins, progress)
     for _ in range(TURNS):
         if seen.scatters or _overrated(bench, seen):
             best = seen.found[0].refit.point
             chosen, bench = _evened(chosen, paper.ground.bench, plain, held, best)
-            seen = survey(chosen.model, bench, seen.nominal.point, progress)
+            seen = survey(chosen.model, bench, seen.nominal.point, paper.ground.begins, progress)
         if chosen.words is None and (not seen.suffices or concerns_contact(chosen.model, seen.found[0].keys)):
             chosen, seen = beside_single_effects(chosen, bench, seen, held, progress)
         if not _overrated(bench, seen):

@@ -3,6 +3,7 @@ another in every run."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import NamedTuple
 
@@ -14,8 +15,9 @@ from fitting.diagnosis.contest import Approach, Explanation, contest
 from fitting.diagnosis.layout import GAUGE, Layout, owners, strengths_of, with_strengths
 from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
 from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import within_columns
+from fitting.diagnosis.refit import centred, within_columns
 from fitting.diagnosis.screen import screen
+from fitting.diagnosis.wander import START
 from fitting.diagnosis.words import of_every_run
 from fitting.progress import Silent
 from jaxstick.effects.mains_hum import MainsHum
@@ -45,7 +47,7 @@ def hummed() -> Hummed:
     nominal = from_the_truth(model, bench, model.together((HUM,)), model.origin(TRUTH))
     seen = screen(model, bench, nominal, own_group=True)
     promise = next(promise for promise in seen.promises if promise.key == HUM)
-    (found,) = contest(model, bench, nominal, [promise], 1, Silent(), Approach((1.0,), np.inf, False))
+    (found,) = contest(model, bench, nominal, [promise], 1, Silent(), Approach((1.0,), np.inf, False, False))
     return Hummed(model, bench, nominal.point, found)
 
 
@@ -162,3 +164,27 @@ def test_the_prior_is_that_of_every_run(hummed: Hummed):
     lone = Layout.of(model, bench.take(np.flatnonzero(bench.run == 1)), model.index("C"))
     alone = lone.prior(model, hummed.nominal)
     assert alone.curvature[1, 1] == pytest.approx(LEVEL_TOLERANCE**-2)
+
+
+def test_levels_of_lanes_go_to_their_runs_and_to_the_constants(hummed: Hummed):
+    """The friction of every lane stays as it is: A, C and D times the levels of run and lane."""
+    model, bench = hummed.model, hummed.bench
+    random = np.random.default_rng(2)
+    own, by_run = hummed.nominal.own.copy(), hummed.nominal.by_run.copy()
+    own[:, START] = 0.05 + 0.02 * random.standard_normal(len(own))
+    own[bench.run == 1, START] += 0.1
+    by_run[:, 0] = 0.01, -0.02
+    point = dataclasses.replace(hummed.nominal, own=own, by_run=by_run)
+    better = centred(model, bench, point)
+    assert better.own[:, START].max() < 0.1
+    for run in (0, 1):
+        assert better.own[bench.run == run, START].mean() == pytest.approx(0, abs=1e-15)
+    assert better.by_run[:, 0].mean() == pytest.approx(0, abs=1e-15)
+
+    def friction(at: Point) -> np.ndarray:
+        constants = np.array([*model.values(at.coordinates, ("A", "C", "D")).values()])
+        return constants * np.exp(at.by_run[bench.run, 0] + at.own[:, START])[:, None]
+
+    np.testing.assert_allclose(friction(better), friction(point), rtol=1e-12)
+    far = dataclasses.replace(point, own=own + np.array([0, 0, 0, 50.0, 0]))
+    assert centred(model, bench, far) is far

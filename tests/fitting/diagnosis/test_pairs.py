@@ -19,7 +19,7 @@ PAIR = {"friction_drift": FrictionDrift(0.08), "periodic_track": PeriodicTrack(0
 def test_what_wandering_hides_is_found_with_still_friction():
     """A drift and a ripple of 3 %: a level for every segment takes the drift and part of the ripple over."""
     _, model, base = grounded(dict(PAIR), 12)
-    seen = survey(model, base.bench, base.point, Silent())
+    seen = survey(model, base.bench, base.point, base.begins, Silent())
     leader = seen.found[0]
     assert wanders(seen.nominal) and wanders(leader.refit)
     found = with_still_friction(model, base.bench, seen.nominal, leader, seen.screen.shapes, Silent())

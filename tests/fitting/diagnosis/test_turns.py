@@ -57,7 +57,8 @@ def laid() -> Laid:
     astray = right.point.own.copy()
     astray[:, 0] += 1e-3 * random.standard_normal(len(astray))
     poor = dataclasses.replace(right, point=dataclasses.replace(right.point, own=astray))
-    paper = Chosen(pose(stated, Settings(workers=WORKERS)), model, Ground((), bench, every.point))
+    ground = Ground((), bench, every.point, np.zeros((0, 5)))
+    paper = Chosen(pose(stated, Settings(workers=WORKERS)), model, ground)
     return Laid(paper, bench.take(held.fitted), held, right, poor)
 
 

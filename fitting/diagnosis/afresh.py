@@ -1,0 +1,90 @@
+"""Refits that begin elsewhere than where the nominal model ended, and than where its linearisation points."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.contest import Explanation, final, heats, start
+from fitting.diagnosis.layout import strengths_of, with_strengths
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import Refit
+from fitting.diagnosis.release import all_settled
+from fitting.diagnosis.screen import Promise
+from fitting.progress import Progress, Silent
+
+HEAT_LANES = 16
+"""Starts compete on so many lanes at most, spread evenly."""
+SEEN = 1e-6
+"""A typical size of an effect that moves chi-square by less cannot be seen in these records at all."""
+OUTRIGHT = (3.0, 15.0)
+"""Sizes at which effects of one sign begin, as multiples of typical ones."""
+
+
+def afresh(
+    model: Model,
+    bench: Bench,
+    nominal: Refit,
+    begins: np.ndarray,
+    promises: Sequence[Promise],
+    finalists: int,
+    progress: Progress,
+) -> list[Explanation]:
+    """The promises of the nominal model refitted, the best of them to the end, each from null and from all of
+    the constants (coordinates) in `begins`.
+
+    Where no friction force was recorded, the motion alone tells the constants, and the lack of a strong
+    effect may lead them so far astray that hardly any effect is of help there.
+    """
+    few = _some(bench)
+    heat, points = bench.take(few), []
+    for constants in begins:
+        coordinates = model.origin({})
+        coordinates[model.index(*model.constants)] = constants
+        own = np.asarray(heat.lanes.start)
+        points.append(dataclasses.replace(nominal.point, coordinates=coordinates, own=own))
+    points = all_settled(model, heat, points)
+    seen = [promise for promise in promises if promise.information.max() > SEEN]
+    progress.stage("effects refitted afresh", len(seen))
+    tried = []
+    for promise in seen:
+        starts = [start(model, nominal, promise, point) for point in points]
+        tried += heats(model, heat, starts, Silent(), wander=False)
+        progress.advance(promise.key)
+    return final(model, bench, np.asarray(bench.lanes.start), few, tried, finalists, Silent())
+
+
+def outright(
+    model: Model,
+    bench: Bench,
+    nominal: Refit,
+    promises: Sequence[Promise],
+    finalists: int,
+    progress: Progress,
+) -> list[Explanation]:
+    """Those of the promises of the nominal model that have one sign refitted, the best of them to the end,
+    from sizes that are no longer small: play, a stop or a clipped peak does next to nothing at null."""
+    few = _some(bench)
+    heat, bare = bench.take(few), nominal.point.take(few)
+    one_sided = [p for p in promises if not model.lower[model.index(*model.shelf.strengths[p.key])].any()]
+    progress.stage("effects refitted outright", 1)
+
+    def at(promise: Promise, size: float) -> Point:
+        strengths = np.full_like(strengths_of(model, bench, bare, promise.key), size)
+        begun = start(model, nominal, promise, with_strengths(model, bench, bare, promise.key, strengths))
+        return dataclasses.replace(begun.point, coordinates=np.minimum(begun.point.coordinates, model.upper))
+
+    begun = [(promise, at(promise, size)) for promise in one_sided for size in OUTRIGHT]
+    points = all_settled(model, heat, [point for _, point in begun])
+    starts = [start(model, nominal, p, point) for (p, _), point in zip(begun, points, strict=True)]
+    tried = heats(model, heat, starts, Silent(), wander=False)
+    progress.advance()
+    return final(model, bench, nominal.point.own, few, tried, finalists, Silent())
+
+
+def _some(bench: Bench) -> np.ndarray:
+    count = len(bench.lanes)
+    return np.unique(np.linspace(0, count - 1, min(count, HEAT_LANES)).round().astype(int))
