@@ -13,9 +13,17 @@ from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import NOTABLE, carried, free_under
 from fitting.diagnosis.contest import Explanation, best_of
 from fitting.diagnosis.findings import Yardstick
-from fitting.diagnosis.judge import Account, Judgement, hints, judge, leaves_nothing, passes_for_noise
+from fitting.diagnosis.judge import (
+    Account,
+    Judgement,
+    astray,
+    hints,
+    judge,
+    leaves_nothing,
+    passes_for_noise,
+)
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.pairs import each_alone, pairs_beside, with_still_friction
+from fitting.diagnosis.pairs import each_alone, in_place_of_either, pairs_beside, with_still_friction
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import borrowed, released
 from fitting.diagnosis.repeatability import floor_of, wanders
@@ -28,6 +36,8 @@ PROMISING = 20.0
 scores vary by: where only few segments show it, no score can be."""
 CARRIED = 8
 """So many explanations are fitted once more under a contact that the best of them asks for."""
+LOST = 0.05
+"""No more than this share of the lanes is lost where nothing acts."""
 PIECES_A_LANE = 1.0
 """So many independent pieces of evidence has a lane in which scatter outweighs the noise."""
 
@@ -50,6 +60,12 @@ class Attribution:
     def yardstick(self) -> Yardstick:
         """What misfits are judged against."""
         return Yardstick(self.nominal.misfit, self.floor, self.samples, self.inflation)
+
+    @property
+    def lost(self) -> float:
+        """The share of the lanes that the nominal model fits so much worse than the rest that they count for
+        less than half."""
+        return float(np.mean(self.nominal.weights < 0.5))
 
     @property
     def shows_no_gap(self) -> bool:
@@ -83,6 +99,8 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
     if not alone and hints(*left) and (promising or not passes_for_noise(left[1])):
         pairs = best_of([*pairs, *pairs_beside(model, bench, singles, around, first.shapes, progress)])
         pairs.sort(key=lambda pair: pair.refit.misfit)
+    elif len(best.keys) > 1:
+        pairs = in_place_of_either(model, bench, pairs, 0, first.shapes, progress)
     if pairs:
         found = best_of([*singles, *pairs, *each_alone(model, bench, singles, pairs, first)])
     return _weighed(model, bench, nominal, found, first, _inflation(bench, around), floor)
@@ -124,7 +142,8 @@ def _weighed(
         list(model.shelf.effects),
         aliases(model, first),
     )
-    return Attribution(nominal, tuple(found), first, judgement, inflation, floor, samples)
+    made = Attribution(nominal, tuple(found), first, judgement, inflation, floor, samples)
+    return dataclasses.replace(made, judgement=astray(judgement)) if made.lost > LOST else made
 
 
 def _inflation(bench: Bench, seen: Screen) -> float:

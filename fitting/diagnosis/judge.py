@@ -170,6 +170,19 @@ def refuted(judgement: Judgement, heir: str = UNLISTED) -> Judgement:
     return Judgement(explanations, _doubted(judgement.effects, heir), verdict, named)
 
 
+def astray(judgement: Judgement) -> Judgement:
+    """The judgement where segments go astray although the rest shows no gap: whatever acts in these, it is
+    not nothing. What was likely of "none" is so of "unlisted", but for a tenth."""
+    rest = (1 - REFUTED) * judgement.explanations[NONE]
+
+    def moved(shares: Mapping[str, float]) -> dict[str, float]:
+        return {**shares, NONE: shares[NONE] - rest, UNLISTED: shares[UNLISTED] + rest}
+
+    explanations = moved(judgement.explanations)
+    verdict, named = verdict_of(explanations)
+    return Judgement(explanations, moved(judgement.effects), verdict, named)
+
+
 def _doubted(shares: Mapping[str, float], heir: str) -> dict[str, float]:
     doubted = {name: p if name in (NONE, UNLISTED) else REFUTED * p for name, p in shares.items()}
     doubted[heir] += 1 - sum(doubted.values())

@@ -50,12 +50,25 @@ def pairs_beside(
     pairs = freed(model, bench, best_of(pairs), LEADERS)
     if pairs[0].refit.misfit >= STRONG * leader.misfit:
         return pairs
-    others = [
+    return in_place_of_either(model, bench, pairs, INSTEAD, shapes, progress)
+
+
+def in_place_of_either(
+    model: Model,
+    bench: Bench,
+    pairs: Sequence[Explanation],
+    others: int,
+    shapes: Shapes,
+    progress: Progress,
+) -> list[Explanation]:
+    """The pairs, the best first, with those in which another effect stands in the place of either of the best
+    two: an effect that leaves the same trace, or one of so many `others`."""
+    tried = [
         other
         for key in pairs[0].keys
-        for other in second_look(model, bench, pairs, key, INSTEAD, shapes, progress)
+        for other in second_look(model, bench, pairs, key, others, shapes, progress)
     ]
-    return freed(model, bench, best_of([*pairs, *others]), LEADERS)
+    return freed(model, bench, best_of([*pairs, *tried]), LEADERS)
 
 
 def with_still_friction(

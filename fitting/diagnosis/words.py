@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fitting.diagnosis.attribute import Attribution
+from fitting.diagnosis.attribute import LOST, Attribution
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.findings import Closure, Where
@@ -18,7 +18,6 @@ from fitting.diagnosis.shrink import Split
 from fitting.problem import Problem
 
 WEAK = 3.0
-LOST = 0.05
 
 
 def sentence(model: Model, judgement: Judgement, shrunk: Closure, where: Where) -> str:
@@ -124,9 +123,8 @@ def notes(
             "that were fitted, so nothing is said about other frequencies."
         )
     out += of_every_run(contact.model, problem.chosen[0].run.file, found.judgement.named)
-    lost = float(np.mean(found.nominal.weights < 0.5))
-    if lost > LOST:
-        out.append(f"{100 * lost:.0f} % of the segments fit far worse than the rest and count little.")
+    if found.lost > LOST:
+        out.append(f"{100 * found.lost:.0f} % of the segments fit far worse than the rest and count little.")
     if 0 < where.significance < WEAK and found.judgement.verdict != "none":
         out.append(
             f"The gap stands only {where.significance:.1f} standard deviations above the noise, "

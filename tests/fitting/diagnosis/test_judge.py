@@ -12,6 +12,7 @@ from fitting.diagnosis.judge import (
     LEAST_INFLATION,
     Account,
     alternatives,
+    astray,
     hints,
     judge,
     leaves_nothing,
@@ -66,6 +67,18 @@ def test_a_choice_between_many_effects_is_no_answer():
     verdict, named = verdict_of({**spread, "unlisted": 0.28})
     assert verdict == "ambiguous" and set(named) == set(SHELF[:4])
     assert verdict_of({**spread, "unlisted": 0.0, "none": 0.4})[0] == "ambiguous"
+
+
+def test_segments_that_go_astray_are_not_nothing():
+    """What effects are likely to be stays; where one is named, nothing changes."""
+    found = judge(1.02, [account(0, 1.01), account(1, 1.015)], SAMPLES, 2.0, SHELF)
+    doubted = astray(found)
+    assert (found.verdict, doubted.verdict) == ("none", "unlisted")
+    assert sum(doubted.explanations.values()) == pytest.approx(1.0)
+    assert doubted.effects[SHELF[0]] == found.effects[SHELF[0]]
+    assert doubted.effects["none"] == pytest.approx(0.1 * found.effects["none"])
+    clear = judge(9.0, [account(0, 1.01), account(1, 4.0)], SAMPLES, 1.5, SHELF)
+    assert astray(clear).named == clear.named == (SHELF[0],)
 
 
 def test_what_other_runs_refute_is_unlisted():
