@@ -70,10 +70,17 @@ class Survey:
         return suffices(self.nominal.misfit / self.floor, self.found[0].refit.misfit / self.floor)
 
 
-def survey(model: Model, bench: Bench, point: Point, begins: np.ndarray, progress: Progress) -> Survey:
-    """Screens every effect on a bench, from the nominal model's point on, and refits the promising ones.
-    Where none suffices, what else there is is tried outright, and where no friction was recorded, all afresh
-    from the constants in `begins`."""
+def survey(
+    model: Model,
+    bench: Bench,
+    point: Point,
+    begins: np.ndarray,
+    progress: Progress,
+    known: Sequence[Explanation] = (),
+) -> Survey:
+    """Screens every effect on a bench, from the nominal model's point on, and refits the promising ones, and
+    the best of those `known` from the same lanes weighed otherwise. Where none suffices, what else there is
+    is tried outright, and where no friction was recorded, all afresh from the constants in `begins`."""
     progress.stage("effects screened", 2)
     (nominal,) = refit(model, bench, [point], [model.nuisances()])
     nominal = released(model, bench, nominal)
@@ -81,7 +88,8 @@ def survey(model: Model, bench: Bench, point: Point, begins: np.ndarray, progres
     first = screen(model, bench, nominal)
     progress.advance(f"{len(first.keys)} effects")
     promises = _short_list(model, first)
-    found = freed(model, bench, contest(model, bench, nominal, promises, FINALISTS, progress))
+    tried = contest(model, bench, nominal, promises, FINALISTS, progress)
+    found = freed(model, bench, best_of([*tried, *_again(model, bench, known)]))
     if found[0].refit.misfit < STRONG * nominal.misfit:
         others = second_look(model, bench, found, found[0].keys[0], 0, first.shapes, progress)
         found = best_of(freed(model, bench, [*found, *others])) if others else found
@@ -158,6 +166,16 @@ def freed(
     leader = min(found, key=misfit).refit
     found = sifted(found, misfit, lambda e: borrowed(model, bench, e.refit, leader, NEAR))
     return sorted(found, key=misfit)
+
+
+def _again(model: Model, bench: Bench, known: Sequence[Explanation]) -> list[Explanation]:
+    """The best of what is known refitted on a bench, from where they stand."""
+    if not known:
+        return []
+    least = min(e.refit.misfit for e in known)
+    best = [e for e in known if e.refit.misfit < ALIKE * least][:OVERLOOKED]
+    fits = refit(model, bench, [e.refit.point for e in best], [e.refit.free for e in best])
+    return [dataclasses.replace(e, refit=fit) for e, fit in zip(best, fits, strict=True)]
 
 
 def aliases(model: Model, seen: Screen) -> dict[str, list[str]]:

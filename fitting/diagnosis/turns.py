@@ -31,7 +31,8 @@ def surveyed(
         if seen.scatters or _overrated(bench, seen):
             best = seen.found[0].refit.point
             chosen, bench = _evened(chosen, paper.ground.bench, plain, held, best)
-            seen = survey(chosen.model, bench, seen.nominal.point, paper.ground.begins, progress)
+            point, known = seen.nominal.point, seen.found
+            seen = survey(chosen.model, bench, point, paper.ground.begins, progress, known)
         if chosen.words is None and (not seen.suffices or concerns_contact(chosen.model, seen.found[0].keys)):
             chosen, seen = beside_single_effects(chosen, bench, seen, held, progress)
         if not _overrated(bench, seen):

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from fitting.diagnosis import survey as surveying
 from fitting.diagnosis.contest import Explanation
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.model import Model
@@ -14,7 +15,7 @@ from fitting.diagnosis.pairs import each_alone
 from fitting.diagnosis.refit import refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.screen import screen
-from fitting.diagnosis.survey import second_look
+from fitting.diagnosis.survey import second_look, survey
 from fitting.progress import Silent
 from jaxstick.effects.displacement_gain import DisplacementGain
 from tests.fitting.diagnosis.grounded import grounded, with_effect
@@ -63,3 +64,20 @@ def test_an_effect_that_was_only_found_beside_another_is_found_alone(enlarged):
     assert alone[MATE,].misfit == pytest.approx(right.misfit, rel=0.02)
     assert set(model.of(IDLE)).isdisjoint(alone[MATE,].free)
     assert (IDLE,) not in alone or alone[IDLE,].misfit > 10 * right.misfit
+
+
+def test_what_is_known_from_the_same_lanes_is_not_lost(enlarged, monkeypatch):
+    """Where the search stays at null, what it had found before leads on."""
+    model, base = enlarged
+    (nominal,) = refit(model, base.bench, [base.point], [model.nuisances()])
+    right = with_effect(model, base, nominal, MATE)
+    (promise,) = (p for p in screen(model, base.bench, nominal, shapes=[]).promises if p.key == MATE)
+    stuck = Explanation((MATE,), promise, dataclasses.replace(nominal, free=right.free))
+    monkeypatch.setattr(surveying, "contest", lambda *_: [stuck])
+    monkeypatch.setattr(surveying, "outright", lambda *_: [])
+    lost, kept = (
+        survey(model, base.bench, base.point, base.begins, Silent(), known)
+        for known in ((), [Explanation((MATE,), promise, right)])
+    )
+    assert lost.least == pytest.approx(nominal.misfit, rel=0.05) and not lost.suffices
+    assert kept.least == pytest.approx(right.misfit, rel=0.05) and kept.suffices

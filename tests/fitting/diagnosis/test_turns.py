@@ -64,13 +64,15 @@ def laid() -> Laid:
 
 def surveyed(laid: Laid, monkeypatch: pytest.MonkeyPatch, *script: tuple[Refit, float, float]):
     """What is found where surveys come, one after the other, to these refits with these misfits above these
-    floors; all of them are made, and no more."""
-    left = list(script)
+    floors; all of them are made, and no more, and each is told what the one before found."""
+    left, known = list(script), []
 
-    def scripted(*_: object) -> Survey:
+    def scripted(*given: object) -> Survey:
+        assert list(given[5:]) == known[-1:]
         fit, misfit, floor = left.pop(0)
         fit = dataclasses.replace(fit, misfit=misfit)
-        return Survey(fit, SCREEN, (Explanation((UNEVEN,), PROMISE, fit),), floor)
+        known.append((Explanation((UNEVEN,), PROMISE, fit),))
+        return Survey(fit, SCREEN, known[-1], floor)
 
     monkeypatch.setattr(turns, "survey", scripted)
     found = turns.surveyed(laid.paper, laid.plain, laid.right.point, laid.held, Silent())
