@@ -28,6 +28,7 @@ from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import borrowed, released
 from fitting.diagnosis.repeatability import floor_of, wanders
 from fitting.diagnosis.screen import Screen, screen
+from fitting.diagnosis.steadiness import steadier
 from fitting.diagnosis.survey import STRONG, Survey, aliases, freed
 from fitting.progress import Progress
 
@@ -133,7 +134,7 @@ def _weighed(
     found = sorted(found, key=lambda explanation: explanation.refit.misfit)
     floor = min(floor, floor_of(model, bench, [found[0].refit]))
     samples = float(bench.dof().sum())
-    accounts = [_account(model, e, floor, np.unique(bench.run)) for e in found]
+    accounts = [_account(model, bench, nominal, e, floor) for e in found]
     judgement = judge(
         nominal.misfit / floor,
         accounts,
@@ -153,14 +154,15 @@ def _inflation(bench: Bench, seen: Screen) -> float:
     return max(seen.inflation, float(bench.dof().sum()) / pieces if bench.scatters else 1.0)
 
 
-def _account(model: Model, explanation: Explanation, floor: float, runs: np.ndarray) -> Account:
-    """The account of an explanation on some runs. A strength that every run has of its own counts once, and
-    for the other runs as far as these differ from one another."""
-    keys, fit = explanation.keys, explanation.refit
+def _account(model: Model, bench: Bench, nominal: Refit, explanation: Explanation, floor: float) -> Account:
+    """The account of an explanation. A strength that every run has of its own counts once, and for the other
+    runs as far as these differ from one another."""
+    keys, fit, runs = explanation.keys, explanation.refit, np.unique(bench.run)
     parameters, of_one_run = 0, 0.0
     for number in np.concatenate([model.of(key) for key in keys]):
         parameters += 1
         if number in model.by_run:
             own = fit.point.by_run[runs][:, model.by_run == number]
             of_one_run += (len(runs) - 1) * float(np.var(own) / max(np.mean(own**2), 1e-300))
-    return Account(keys, fit.misfit / floor, parameters, of_one_run, len(runs))
+    steady = steadier(nominal.levels, fit.levels, bench.run) if bench.wanders else 0.0
+    return Account(keys, fit.misfit / floor, parameters, of_one_run, len(runs), steady)

@@ -15,7 +15,7 @@ from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import ITERATIONS, Refit, misfit_of, refit, within_columns
 from fitting.diagnosis.release import all_settled, settled
 from fitting.diagnosis.screen import Promise
-from fitting.diagnosis.wander import LEAST
+from fitting.diagnosis.wander import LEAST, START
 from fitting.progress import Progress, Silent
 
 THIN = 3
@@ -24,12 +24,18 @@ HEAT = 8
 SETTLE = 3
 HOPELESS = 2.0
 """A search that is not on its way to less than so many times the lowest cost is given up."""
+OWN_REACH = 10.0
+"""What lanes have of their own moves with an effect by at most so many standard deviations of their starts"""
+FRICTION_REACH = 0.3
+"""and as large a share of friction."""
+FARTHEST = 30.0
 
 
 class Approach(NamedTuple):
     """How refits begin: at which shares of the change that the linearised model expects, at most how many
-    typical sizes from null; whether lanes settle first, and whether what ends above the base, which it
-    contains, begins once more at null."""
+    typical sizes from null, but for a share beyond the whole, which goes as far as is expected, up to
+    `FARTHEST`; whether lanes settle first, and whether what ends above the base, which it contains, begins
+    once more at null."""
 
     shares: tuple[float, ...]
     far: float
@@ -173,9 +179,12 @@ def _begin(
     share: float,
     far: float,
 ) -> Point:
-    """Where a refit begins: at a share of the expected change, the free unknowns and what runs have of their
-    own moved to make room for it."""
-    share *= min(1.0, far / max(float(np.max(np.abs(share * promise.change))), 1e-300))
+    """Where a refit begins: at a share of the expected change, the free unknowns and what runs and lanes have
+    of their own moved to make room for it."""
+    expected = max(float(np.max(np.abs(promise.change))), 1e-300)
+    if share > 1:
+        far = max(far, min(expected, FARTHEST))
+    share = min(share, far / expected)
     moved = promise.around + share * promise.room
     layout = Layout.of(model, bench, base.free)
     point = layout.moved(model, base.point, layout.values(base.point) + moved)
@@ -184,4 +193,7 @@ def _begin(
         point.coordinates[model.index(*model.shelf.shapes[promise.key])] = promise.shape
     coordinates = np.clip(point.coordinates, model.lower, model.upper)
     by_run = np.clip(point.by_run, model.lower[model.by_run], model.upper[model.by_run])
-    return dataclasses.replace(point, coordinates=coordinates, by_run=by_run)
+    reach = OWN_REACH * np.asarray(bench.lanes.start_deviation)
+    reach[:, START:] = FRICTION_REACH
+    own = point.own + np.clip(promise.own_around + share * promise.own_room, -reach, reach)
+    return dataclasses.replace(point, coordinates=coordinates, by_run=by_run, own=own)

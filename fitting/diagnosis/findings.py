@@ -122,7 +122,8 @@ class Closure:
     before: the fitted nominal model; after: with the named effects; floor: what noise alone leaves; assumed:
     the assumed constants; closed = (before - after)/(before - floor) with its 95 % interval; placebo: the
     same share for an effect of no meaning; wrong: for the best effect that was not named; gain: the mean
-    logarithm of how many times less a segment costs with the named effects, which few segments do not decide.
+    logarithm of how many times less a segment costs with the named effects, which few segments do not decide;
+    steadier: the logarithm of how much likelier they make the levels of friction from segment to segment.
     """
 
     before: float
@@ -136,6 +137,7 @@ class Closure:
     held_out: tuple[str, ...]
     by_segments: bool
     gain: float = 0.0
+    steadier: float = 0.0
 
 
 @dataclasses.dataclass(frozen=True)

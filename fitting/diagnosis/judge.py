@@ -39,7 +39,7 @@ SOFT = 0.03
 depend on the shape that an effect has on the shelf."""
 UNLISTED_SHARE = 0.15
 """The share of the excess that an effect off the shelf is taken to leave: a listed one that leaves far more
-is not the cause."""
+is not the cause. It is taken to make friction steadier by all but this share, too."""
 OTHER_SHAPE = 0.015
 """The share of the excess that the right effect may leave because it has another shape than on the shelf:
 what a second effect makes of no more than that is no evidence for it, unless the two leave hardly more
@@ -81,18 +81,21 @@ NONE, UNLISTED = "none", "unlisted"
 @dataclasses.dataclass(frozen=True)
 class Account:
     """One explanation's account: its effects, misfit, the number of its parameters that all runs share, and
-    how many more belong to one run each, of so many runs."""
+    how many more belong to one run each, of so many runs; and by how much steadier it makes friction
+    (logarithm of a likelihood ratio)."""
 
     keys: tuple[str, ...]
     misfit: float
     parameters: int
     of_one_run: float = 0.0
     runs: int = 1
+    steadier: float = 0.0
 
     def price(self, pieces: float) -> float:
-        """What its parameters cost, each by the pieces of evidence that it is found from."""
+        """What its parameters cost, each by the pieces of evidence that it is found from, less what steadier
+        friction is worth."""
         apart = self.of_one_run * math.log(max(pieces / self.runs, 1.0))
-        return 0.5 * (self.parameters * math.log(pieces) + apart)
+        return 0.5 * (self.parameters * math.log(pieces) + apart) - self.steadier
 
 
 @dataclasses.dataclass(frozen=True)
@@ -133,9 +136,11 @@ def judge(
 
     unlisted = UNLISTED_FLOOR + UNLISTED_SHARE * max(nominal - UNLISTED_FLOOR, 0.0)
     names = [NONE, UNLISTED]
+    steadiest = max((account.steadier for account in accounts if len(account.keys) == 1), default=0.0)
+    anything = Account((), unlisted, UNLISTED_PARAMETERS, steadier=(1 - UNLISTED_SHARE) * steadiest)
     logs = [
         weight(nominal, 0, PRIOR[NONE]) - 0.5 * (excess / FLOOR) ** 2,
-        weight(unlisted, Account((), unlisted, UNLISTED_PARAMETERS).price(pieces), PRIOR[UNLISTED]),
+        weight(unlisted, anything.price(pieces), PRIOR[UNLISTED]),
     ]
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
     alone = min((account.misfit for account in accounts if len(account.keys) == 1), default=nominal)
@@ -144,12 +149,14 @@ def judge(
     soft = min(OTHER_SHAPE * excess, REST * max(alone - 1.0, 0.0))
     for account in accounts:
         names.append("+".join(account.keys))
+        price = account.price(pieces)
         if len(account.keys) == 1:
-            logs.append(weight(account.misfit, account.price(pieces), PRIOR["single"] / len(shelf)))
+            logs.append(weight(account.misfit, price, PRIOR["single"] / len(shelf)))
         else:
             needless = enough and account.misfit > clean
             more = 0.0 if needless else evidence(account.misfit, soft) - evidence(alone, soft)
-            logs.append(weight(alone, account.price(pieces), PRIOR["pair"] / pairs) + NESTED * more)
+            no_news = max(account.steadier - steadiest, 0.0)
+            logs.append(weight(alone, price + no_news, PRIOR["pair"] / pairs) + NESTED * more)
     logs = _levelled(names, logs, accounts, ALIKE * excess, aliases or {})
     share = np.exp(np.array(logs) - max(logs))
     share = (1 - DOUBT) * share / share.sum() + DOUBT / len(share)

@@ -13,6 +13,7 @@ from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.layout import Layout, Prior
 from fitting.diagnosis.model import Columns, Job, Model
 from fitting.diagnosis.programs import COLUMNS
+from fitting.diagnosis.steadiness import Levels
 from fitting.diagnosis.wander import OWN, START, allowed, likeliest
 from fitting.newton import Robust, bounded_step
 
@@ -33,7 +34,7 @@ class Refit:
     the misfit, and each lane's weight. `free` are the unknowns that were fitted.
 
     misfit: chi-square per degree of freedom with outliers weighed down, times what the freedom of friction to
-    wander costs in likelihood, exp(sum log(1 + width^2 information)/N).
+    wander costs in likelihood, exp(sum log(1 + width^2 information)/N). `levels` are those of friction.
     """
 
     point: Point
@@ -42,6 +43,7 @@ class Refit:
     misfit: float
     weights: np.ndarray
     iterations: int
+    levels: Levels
 
     def price(self, bench: Bench) -> float:
         """By what factor the misfit is larger for the freedom of friction to wander."""
@@ -121,10 +123,16 @@ class Projection:
     """Takes out of values (lanes, rows, ..) what each lane can make of them by itself."""
 
     def __init__(self, columns: Columns) -> None:
-        self._basis, _ = np.linalg.qr(columns.jacobian[:, :, COLUMNS:])
+        self._basis, self._root = np.linalg.qr(columns.jacobian[:, :, COLUMNS:])
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         return values - self._basis @ (self._basis.transpose(0, 2, 1) @ values)
+
+    def answer(self, values: np.ndarray) -> np.ndarray:
+        """By how much what each lane has of its own (lanes, own, ..) is to move where residuals change by
+        these values, for the least cost."""
+        root = self._root + 1e-30 * np.eye(OWN)
+        return -np.linalg.solve(root, self._basis.transpose(0, 2, 1) @ values)
 
 
 def chosen_columns(free: np.ndarray, level: int, lanes: int) -> np.ndarray:
@@ -247,7 +255,7 @@ class _Search:
             widths,
             self.data / self.dof,
         )
-        self.price = found.price
+        self.price, self.levels = found.price, found.levels
         if not self.wander or np.array_equal(found.widths, widths):
             return False
         change = found.widths**-2.0 - widths**-2.0
@@ -301,4 +309,5 @@ class _Search:
             misfit_of(self.data, self.dof) * float(np.exp(self.price / self.dof.sum())),
             self.loss.weights(self.lane_cost),
             self.taken,
+            self.levels,
         )

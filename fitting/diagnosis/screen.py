@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import qmc
@@ -43,7 +44,8 @@ class Promise:
     expected strengths, as shares of typical sizes, one that every run has of its own run by run; inflation:
     variance of the score by clusters of lanes over that of white residuals; information: curvature of every
     strength, of all runs together; around, room: by how much the unknowns, in the order of their `Layout`,
-    are to move without the effect, and further to make room for it.
+    are to move without the effect, and further to make room for it; own_around, own_room: likewise what every
+    lane has of its own.
     """
 
     key: str
@@ -54,6 +56,8 @@ class Promise:
     information: np.ndarray
     around: np.ndarray
     room: np.ndarray
+    own_around: np.ndarray
+    own_room: np.ndarray
     second: Promise | None = None
 
     @property
@@ -117,7 +121,7 @@ def screen(
     common, templates = _templates(model, bench, at, groups, points)
     if instead_of is not None:
         strengths = strengths_of(model, bench, at.point, instead_of)
-        common[:, :, -1] -= templates[0][:, :, places[keys.index(instead_of)]] @ strengths
+        common = common.less(templates[0], places[keys.index(instead_of)], strengths)
     tables = [_Table(model, bench, at, common, part) for part in templates]
     usual = [tables[0].promise(key, place, np.zeros(0)) for key, place in zip(keys, places, strict=True)]
     found = []
@@ -216,11 +220,26 @@ def _shape(model: Model, key: str, coordinates: np.ndarray, number: int, shift: 
     return np.clip(wanted, model.lower[own], model.upper[own])
 
 
+class _Seen(NamedTuple):
+    """Columns of every lane (lanes, rows, columns), weighted and with the lane's own projected out, and how
+    the lane's own answers to them (lanes, own, columns)."""
+
+    columns: np.ndarray
+    answer: np.ndarray
+
+    def less(self, other: _Seen, place: np.ndarray, amounts: np.ndarray) -> _Seen:
+        """The same without so much of some columns of another in the last column."""
+        made = _Seen(self.columns.copy(), self.answer.copy())
+        for mine, theirs in zip(made, other, strict=True):
+            mine[:, :, -1] -= theirs[:, :, place] @ amounts
+        return made
+
+
 def _templates(
     model: Model, bench: Bench, at: Refit, groups: Sequence[tuple[str, ...]], points: Sequence[np.ndarray]
-) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Level, base unknowns and residual per lane, (lanes, rows, 1 + base + 1), and for every point the
-    columns of all strengths, all weighted and with the lane's own projected out."""
+) -> tuple[_Seen, list[_Seen]]:
+    """Level, base unknowns and residual per lane (1 + base + 1 columns), and for every point the columns of
+    all strengths."""
     count, lanes = len(bench.lanes), allowed(bench.lanes, at.point.widths)
     every = np.tile(np.arange(count), len(points))
     jobs = [job(model, bench, at.point, chosen_columns(at.free, model.level, count))]
@@ -239,8 +258,12 @@ def _templates(
     base, *others = model.columns(jobs)
     project = Projection(base)
     root = np.sqrt(at.weights)[:, None, None]
+
+    def seen(columns: np.ndarray) -> _Seen:
+        return _Seen(project(columns * root), project.answer(columns))
+
     unknowns = base.jacobian[:, :, : 1 + len(at.free)]
-    common = project(np.concatenate([unknowns, base.residual[:, :, None]], axis=2) * root)
+    common = seen(np.concatenate([unknowns, base.residual[:, :, None]], axis=2))
     templates = []
     for number in range(len(points)):
         own = slice(number * count, (number + 1) * count)
@@ -249,7 +272,7 @@ def _templates(
             for other, few in zip(others, asked, strict=True)
             for column in _run_by_run(model, bench, few, other.jacobian[own])
         ]
-        templates.append(project(np.concatenate(columns, axis=2) * root))
+        templates.append(seen(np.concatenate(columns, axis=2)))
     return common, templates
 
 
@@ -270,13 +293,13 @@ class _Table:
         model: Model,
         bench: Bench,
         at: Refit,
-        common: np.ndarray,
-        templates: np.ndarray,
+        common: _Seen,
+        templates: _Seen,
     ) -> None:
         self.model, self.bench = model, bench
-        base = common[:, :, :-1]
+        base = common.columns[:, :, :-1]
         own = base.transpose(0, 2, 1)
-        wanted = np.concatenate([templates, common[:, :, -1:]], axis=2)
+        wanted = np.concatenate([templates.columns, common.columns[:, :, -1:]], axis=2)
         across = own @ wanted
         layout = Layout.of(model, bench, at.free)
         coupling, curvature = layout.summed(bench.run, across, own @ base)
@@ -288,6 +311,9 @@ class _Table:
         products = wanted.transpose(0, 2, 1) @ wanted
         self.gram = products.sum(0) - coupling.T @ slope
         self.response = -slope
+        mine = self.response[layout.index[bench.run]]
+        self.own = np.concatenate([templates.answer, common.answer[:, :, -1:]], axis=2)
+        self.own = self.own + np.einsum("lob,lbe->loe", common.answer[:, :, :-1], mine)
         by_lane = products[:, :, -1] - np.einsum(
             "lc,lce->le", across[:, :, -1], slope[layout.index[bench.run]]
         )
@@ -301,9 +327,21 @@ class _Table:
         scale = np.diag(information)
         inflation = float(np.median(np.sum(self.by_lane[:, place] ** 2, axis=0) / scale))
         around, room = self.response[:, -1], self.response[:, place] @ change
+        own_around, own_room = self.own[:, :, -1], self.own[:, :, place] @ change
         owner = [number for number, _ in owners(self.model, self.bench, key)]
         of_strength = np.array([scale[np.equal(owner, number)].sum() for number in dict.fromkeys(owner)])
-        return Promise(key, shape, float(pull @ change), change, inflation, of_strength, around, room)
+        return Promise(
+            key,
+            shape,
+            float(pull @ change),
+            change,
+            inflation,
+            of_strength,
+            around,
+            room,
+            own_around,
+            own_room,
+        )
 
     def cosines(self, places: Sequence[np.ndarray]) -> np.ndarray:
         """The largest cosine between any combinations of two effects' columns (canonical correlation)."""

@@ -14,6 +14,7 @@ from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, misfit_of, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.repeatability import unrepeated
+from fitting.diagnosis.steadiness import steadier
 from fitting.problem import Problem
 from jaxstick.record import CONSTANTS
 
@@ -29,6 +30,8 @@ GAPING, OPEN = 1.5, 0.3
 CARRIES_OVER = 0.5
 """or helps the typical segment by this share of what it did where it was fitted: a few segments that
 something else spoils may keep a gap open."""
+NOTABLE_STEADINESS = 2.0
+"""Logarithm of a likelihood ratio from which on friction is said to keep stiller."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -81,9 +84,8 @@ def closure(
     named, and may have wrong and placebo.
 
     Constants and effects stay as fitted; every lane's start and what every run has of its own, its level of
-    friction for one, are fitted anew. Friction
-    may wander as far as it does under the named fit. The floor is what does not repeat itself from cycle to
-    cycle, the noise where nothing repeats.
+    friction for one, are fitted anew. Friction may wander as far as it does under the named fit. The floor is
+    what does not repeat itself from cycle to cycle, the noise where nothing repeats.
     """
     test, widths = bench.take(held.held), fits["named"].point.widths
     points = {
@@ -121,6 +123,7 @@ def closure(
         held_out=held.files,
         by_segments=held.by_segments,
         gain=gain(results["nominal"], results["named"]),
+        steadier=steadier(results["nominal"].levels, results["named"].levels, test.run),
     )
 
 
@@ -134,6 +137,12 @@ def refutes(shrunk: Closure, gained: float) -> bool:
     gain less than half of what those have `gained` that were fitted."""
     stays_open = shrunk.before > GAPING * shrunk.floor and shrunk.interval[1] < OPEN
     return stays_open and shrunk.gain < CARRIES_OVER * gained
+
+
+def steadies(shrunk: Closure, expected: float) -> bool:
+    """Whether friction keeps stiller with what is named on what took no part as well, about as much as is
+    `expected` from what was fitted: an effect that would be taken for wandering closes no gap."""
+    return expected > NOTABLE_STEADINESS and shrunk.steadier > CARRIES_OVER * expected
 
 
 def worsens(shrunk: Closure) -> bool:

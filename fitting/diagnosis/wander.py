@@ -14,6 +14,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.diagnosis.steadiness import Levels
 from fitting.lanes import Lanes
 from jaxstick.oscillator import Oscillator
 from jaxstick.parts.friction import AbstractFriction
@@ -81,10 +82,11 @@ def allowed(lanes: Lanes, widths: np.ndarray) -> Lanes:
 
 class Likeliest(NamedTuple):
     """Standard deviations of level and slope where residuals are as large as the noise (they grow with its
-    root), and twice the logarithm of what they cost in likelihood."""
+    root), twice the logarithm of what they cost in likelihood, and the levels that tell them."""
 
     widths: np.ndarray
     price: float
+    levels: Levels
 
 
 def likeliest(
@@ -98,7 +100,7 @@ def likeliest(
     typical = float(np.median(share))
     settled = share < SETTLED * typical
     noise = float(np.mean(share[settled]))
-    found, price = np.empty(OWN - START), 0.0
+    found, price, levels = np.empty(OWN - START), 0.0, None
     for number in range(OWN - START):
         place = START + number
         rest = np.array([i for i in range(OWN) if i != place])
@@ -116,7 +118,9 @@ def likeliest(
         chosen = int(np.argmin(cost))
         found[number] = WIDTHS[chosen]
         price += float(np.sum(np.log1p(WIDTHS[chosen] ** 2 * information)))
-    return Likeliest(found, price)
+        levels = levels or Levels(best, noise / information, near)
+    assert levels is not None
+    return Likeliest(found, price, levels)
 
 
 def _near(values: np.ndarray, variance: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import pytest
@@ -67,6 +68,24 @@ def test_a_choice_between_many_effects_is_no_answer():
     verdict, named = verdict_of({**spread, "unlisted": 0.28})
     assert verdict == "ambiguous" and set(named) == set(SHELF[:4])
     assert verdict_of({**spread, "unlisted": 0.0, "none": 0.4})[0] == "ambiguous"
+
+
+def test_an_effect_that_wandering_hides_is_named_for_the_steadiness_of_friction():
+    """Its misfit is that of any other; a second effect earns nothing by it."""
+    steady = dataclasses.replace(account(0, 1.05), steadier=16.0)
+    found = judge(1.06, [steady, account(1, 1.045)], SAMPLES, 160.0, SHELF)
+    assert (found.verdict, found.named) == ("effect", (SHELF[0],))
+    assert judge(1.06, [account(0, 1.05), account(1, 1.045)], SAMPLES, 160.0, SHELF).verdict == "none"
+    joined = dataclasses.replace(both(1.045), steadier=30.0)
+    beside = judge(1.06, [steady, account(1, 1.045), joined], SAMPLES, 160.0, SHELF)
+    assert beside.named == (SHELF[0],)
+    assert beside.explanations[f"{SHELF[0]}+{SHELF[1]}"] < 0.1
+
+
+def test_what_is_off_the_shelf_may_make_friction_as_steady():
+    """Where an effect leaves a good deal, however steady it makes friction."""
+    steady = dataclasses.replace(account(0, 4.0), steadier=6.0)
+    assert judge(9.0, [steady, account(1, 8.0)], SAMPLES, 1.5, SHELF).verdict == "unlisted"
 
 
 def test_segments_that_go_astray_are_not_nothing():

@@ -17,6 +17,7 @@ from fitting.diagnosis.laying import cut_in_step
 from fitting.diagnosis.model import Columns
 from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.repeatability import UNEVEN, floor_of, successive, unrepeated
+from fitting.diagnosis.steadiness import Levels
 from fitting.diagnosis.wander import OWN
 from fitting.signals import read_signals
 from jaxstick.record import KnownRig, Noise, Run
@@ -70,7 +71,8 @@ def judged(residual: np.ndarray, cost: float, width: float, price: float = 1.0) 
     model: Any = SimpleNamespace(columns=lambda jobs: [Columns(rows, rows, rows) for _ in jobs])
     point = Point((), np.zeros(1), np.zeros((1, 1)), np.zeros((LANES, OWN)), np.full(2, width))
     each = np.full(LANES, cost * (COUNTED - 3))
-    fit = Refit(point, np.zeros(0, int), each, price * cost, np.ones(LANES), 1)
+    levels = Levels(np.zeros(LANES), np.ones(LANES), np.ones(LANES, bool))
+    fit = Refit(point, np.zeros(0, int), each, price * cost, np.ones(LANES), 1, levels)
     floor, bare = floor_of(model, bench, [fit]), unrepeated(model, bench, [fit])
     assert bare == 1.0 or floor == pytest.approx(price * bare)
     return floor

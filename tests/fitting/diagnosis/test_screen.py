@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis.refit import Refit, refit
+from fitting.diagnosis.wander import START
 from tests.fitting.diagnosis.grounded import UNEVEN, Screened, screened
 
 DRY = 0.01
@@ -45,3 +46,12 @@ def test_constants_make_room_as_promised(slight: Screened, found: Refit):
     foretold = (promise.around + promise.room)[: len(free)]
     np.testing.assert_allclose(foretold, way, rtol=0.2, atol=1e-4)
     assert np.abs(promise.room).max() > 0.01
+
+
+def test_what_lanes_have_of_their_own_makes_room_as_promised(slight: Screened, found: Refit):
+    """Displacement, velocity and force at the beginnings of typical lanes, to within a fifth of the way."""
+    promise = next(promise for promise in slight.seen.usual if promise.key == UNEVEN)
+    way = (found.point.own - slight.fit.point.own)[:, :START]
+    off = way - (promise.own_around + promise.own_room)[:, :START]
+    assert np.all(np.median(np.abs(way), axis=0)[:2] > 0)
+    assert np.all(np.median(np.abs(off), axis=0) <= np.median(np.abs(way), axis=0) / 5)

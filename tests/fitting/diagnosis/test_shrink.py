@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 from fitting.diagnosis.findings import Closure
-from fitting.diagnosis.shrink import FEWEST_RUNS, left_open, refutes, split, worsens
+from fitting.diagnosis.shrink import FEWEST_RUNS, left_open, refutes, split, steadies, worsens
 
 CLOSED = Closure(6.6, 1.1, 1.0, 14.0, 0.98, (0.95, 1.0), -0.02, 0.4, ("run-02.csv",), False)
 
@@ -82,3 +82,10 @@ def test_with_nothing_named_nothing_closes():
     assert (shrunk.before, shrunk.floor, shrunk.assumed) == (CLOSED.before, CLOSED.floor, CLOSED.assumed)
     assert (shrunk.after, shrunk.closed, shrunk.interval) == (CLOSED.before, 0.0, (0.0, 0.0))
     assert shrunk.placebo is None and shrunk.wrong is None
+
+
+@pytest.mark.parametrize(
+    ("steadier", "expected", "stiller"), [(6.0, 8.0, True), (3.0, 8.0, False), (1.5, 1.5, False)]
+)
+def test_friction_that_keeps_stiller_does_so_on_what_took_no_part(steadier, expected, stiller):
+    assert steadies(dataclasses.replace(CLOSED, steadier=steadier), expected) is stiller

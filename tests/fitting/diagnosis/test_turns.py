@@ -25,7 +25,7 @@ from tests.fitting.diagnosis.grounded import UNEVEN, WORKERS, from_the_truth, la
 from tests.fitting.reference_data import NOISE, TRUTH, dataset, noisy, own_run
 
 NOBODY = np.zeros(0)
-PROMISE = Promise(UNEVEN, NOBODY, 1.0, NOBODY, 1.0, NOBODY, NOBODY, NOBODY)
+PROMISE = Promise(UNEVEN, NOBODY, 1.0, NOBODY, 1.0, NOBODY, NOBODY, NOBODY, NOBODY, NOBODY)
 SCREEN = Screen((PROMISE,), (UNEVEN,), (PROMISE,), np.eye(1), ())
 
 

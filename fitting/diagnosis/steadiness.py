@@ -1,0 +1,74 @@
+"""How steady friction is: evidence from the levels that friction has in lane after lane.
+
+An effect that changes friction slowly, with time, place or load, can be taken for friction that wanders; the
+misfit of either is much the same, for levels are few beside samples. What tells them apart is how the levels
+go on from lane to lane: friction that wanders does so in every run in its own way, an effect makes it keep
+still in all of them. Levels are a Gaussian process with an exponential covariance and a part that is new in
+every lane (Rasmussen, Williams, Gaussian Processes for Machine Learning, 2006, sections 2.2 and 4.2.1), whose
+scale, share and length are the likeliest ones; a random walk is the longest. What all lanes of a run have in
+common says nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+SCALES = np.geomspace(3e-4, 0.3, 25)
+LENGTHS = (1.0, 3.0, 10.0, math.inf)
+"""Correlation lengths in lanes that are tried."""
+NEW = (0.0, 0.3, 1.0)
+"""How much of a level is new in every lane, as a multiple of the scale."""
+COMMON = 1.0
+"""Standard deviation of what all lanes of a run share."""
+FARTHEST = 0.5
+"""A level that is further off is an event that was lost."""
+
+
+class Levels(NamedTuple):
+    """The level of friction in every lane as its own samples tell it, the variance of that, and whether it is
+    to be counted."""
+
+    best: np.ndarray
+    variance: np.ndarray
+    counts: np.ndarray
+
+
+def steadier(before: Levels, after: Levels, run: np.ndarray) -> float:
+    """By how much likelier levels are once an effect has been let in than before (a logarithm, 0 at least).
+
+    `run` says which run a lane belongs to, in the order of time. Lanes count and levels are known as before.
+    """
+    gain = _likelihood(after.best, before, run) - _likelihood(before.best, before, run)
+    return max(gain, 0.0)
+
+
+def _likelihood(levels: np.ndarray, known: Levels, run: np.ndarray) -> float:
+    """The logarithmic likelihood of levels under the process that makes it largest."""
+    levels = np.clip(levels, -FARTHEST, FARTHEST)
+    total = np.zeros((len(LENGTHS) * len(NEW), len(SCALES)))
+    for number in np.unique(run):
+        lanes = np.flatnonzero(run == number)
+        place = np.flatnonzero(known.counts[lanes])
+        lanes = lanes[place]
+        if len(lanes) < 2:
+            continue
+        kernels = np.array([_kernel(place, length, new) for length in LENGTHS for new in NEW])
+        spread = np.diag(known.variance[lanes]) + COMMON**2
+        covariance = kernels[:, None] * SCALES[:, None, None] ** 2 + spread
+        root = np.linalg.cholesky(covariance)
+        white = np.linalg.solve(root, np.broadcast_to(levels[lanes, None], (*root.shape[:-1], 1)))
+        total -= np.log(np.diagonal(root, axis1=2, axis2=3)).sum(2) + (white[..., 0] ** 2).sum(2) / 2
+    return float(total.max())
+
+
+def _kernel(place: np.ndarray, length: float, new: float) -> np.ndarray:
+    """The covariance of lanes with these numbers in their run, in units of the squared scale; a random walk's
+    grows by 1 from lane to lane."""
+    if math.isinf(length):
+        process = np.minimum.outer(place, place).astype(float)
+    else:
+        process = np.exp(-np.abs(np.subtract.outer(place, place)) / length)
+    return process + new**2 * np.eye(len(place))
