@@ -117,7 +117,7 @@ def diagnose(
         traces=_traces(problem, base.segments, held, seen_before, seen_after),
         cards={key: model.shelf.effects[key].card for key in mentioned},
         next_experiment=advice(problem, model, found, bench),
-        notes=(*doubts, *notes(problem, found, where, held, chosen)),
+        notes=(*doubts, *notes(problem, found, named, where, held, chosen)),
         steps=steps_taken(problem, model, found, base, held, chosen),
         sha256=dataset.sha256,
         settings=dataclasses.asdict(settings),

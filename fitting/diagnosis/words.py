@@ -10,6 +10,7 @@ import numpy as np
 from fitting.diagnosis.attribute import LOST, Attribution
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import Chosen
+from fitting.diagnosis.contest import Explanation
 from fitting.diagnosis.findings import Closure, Where
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.judge import Judgement, alternatives
@@ -18,6 +19,8 @@ from fitting.diagnosis.shrink import Split
 from fitting.problem import Problem
 
 WEAK = 3.0
+NOTABLE_WANDER, STILLER = 0.5, 0.6
+"""Friction that wanders by more than this many percent; and by less than this share of that."""
 
 
 def sentence(model: Model, judgement: Judgement, shrunk: Closure, where: Where) -> str:
@@ -95,9 +98,14 @@ def advice(problem: Problem, model: Model, found: Attribution, bench: Bench) -> 
 
 
 def notes(
-    problem: Problem, found: Attribution, where: Where, held: Split, contact: Chosen
+    problem: Problem,
+    found: Attribution,
+    named: Explanation | None,
+    where: Where,
+    held: Split,
+    contact: Chosen,
 ) -> tuple[str, ...]:
-    """What weakens the verdict."""
+    """What weakens the verdict, and what has to be known to read it."""
     out = []
     if all(signal.run.friction is None for signal in problem.chosen):
         out.append(
@@ -123,6 +131,9 @@ def notes(
             "that were fitted, so nothing is said about other frequencies."
         )
     out += of_every_run(contact.model, problem.chosen[0].run.file, found.judgement.named)
+    if named is not None:
+        before, after = (math.sqrt(fit.misfit) * fit.point.widths for fit in (found.nominal, named.refit))
+        out += stiller(named.keys, before, after)
     if found.lost > LOST:
         out.append(f"{100 * found.lost:.0f} % of the segments fit far worse than the rest and count little.")
     if 0 < where.significance < WEAK and found.judgement.verdict != "none":
@@ -137,6 +148,19 @@ def notes(
             "acts as well, or the effect has another shape than on the shelf."
         )
     return tuple(out)
+
+
+def stiller(named: Sequence[str], before: np.ndarray, after: np.ndarray) -> list[str]:
+    """What is to be known where friction wanders far less with what is named, by these widths of level and
+    slope."""
+    was, is_now = (100 * float(np.hypot(*widths)) for widths in (before, after))
+    if was < NOTABLE_WANDER or is_now > STILLER * was:
+        return []
+    return [
+        f"Friction wanders from segment to segment by {is_now:.2g} % (standard deviation) with "
+        f"{' and '.join(named)}, by {was:.2g} % without: what wandering takes over of an effect is no part "
+        "of the gap, nor of the share of it that closes."
+    ]
 
 
 def of_every_run(model: Model, first: str, named: Sequence[str]) -> list[str]:
