@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
+from scipy.interpolate import make_lsq_spline
 from scipy.signal import savgol_coeffs, savgol_filter
 
 from jaxstick.formats.harmonic import fit_harmonic
@@ -15,7 +17,10 @@ from jaxstick.record import KnownRig, Noise, Run
 
 Samples = np.ndarray
 ORDERS = 7
-LEAST_CYCLES = 1.5
+LEAST_CYCLES = 0.5
+"""Of a period that is longer, too little is seen to tell one."""
+DEGREE, PIECE = 5, 8
+"""Degree of the splines that smooth a base, and how many samples a piece has at least."""
 NOISE_EXCESS = 1.1
 STILL = 0.02
 """A mass moves where its velocity is above this share of its top and 4 of its standard deviations;"""
@@ -58,7 +63,7 @@ class Signals:
         if self.base_noise == 0:
             return self
         noise = self.base_noise * random.standard_normal(len(self.base))
-        return dataclasses.replace(self, base=_periodic(self.run.time, self.base + noise))
+        return dataclasses.replace(self, base=_smoothed(self.run.time, self.base + noise))
 
 
 def read_signals(run: Run, noise: Noise) -> Signals:
@@ -118,32 +123,47 @@ def _slid(velocity: Samples, friction: Samples, moving: np.ndarray) -> Samples:
 def excitation(run: Run, time: Samples) -> tuple[Samples, Samples]:
     """Base displacement [m] and applied force [N] of a run at its sample times (zero where it has none).
 
-    A base that was not recorded is base_amplitude sin(2 pi frequency t + phase). A recorded one is replaced
-    by its own Fourier series where that leaves no more than the channel's noise, which would otherwise shake
-    the simulated contact.
+    A base that was not recorded is base_amplitude sin(2 pi frequency t + phase). A recorded one is smoothed
+    as far as that leaves no more than the channel's noise, which would otherwise shake the simulated contact:
+    in stick the mass rings at a frequency at which little else excites it.
     """
     zero = np.zeros_like(time)
     base = zero
     if run.base is not None:
-        base = _periodic(run.time, run.base)
+        base = _smoothed(run.time, run.base)
     elif run.frequency is not None and run.base_amplitude is not None:
         base = run.base_amplitude * np.sin(2 * math.pi * run.frequency * time + run.base_phase)
     return base, zero if run.force is None else run.force
 
 
-def _periodic(time: Samples, base: Samples) -> Samples:
-    """The Fourier series of the base up to order `ORDERS`, or the base itself where it is not periodic."""
-    span = time[-1] - time[0]
-    frequency = fit_harmonic(time, base).frequency
-    if not frequency * span >= LEAST_CYCLES:
-        return base
-    angle = 2 * math.pi * frequency * (time - time[0])
-    orders = np.arange(1, ORDERS + 1)
-    waves = [np.ones((len(time), 1)), np.cos(np.outer(angle, orders)), np.sin(np.outer(angle, orders))]
-    design = np.concatenate(waves, axis=1)
-    series = design @ np.linalg.lstsq(design.T @ design, design.T @ base, rcond=None)[0]
-    left = math.sqrt(np.mean((base - series) ** 2))
-    return series if left < NOISE_EXCESS * estimate_noise(base) else base
+def _smoothed(time: Samples, base: Samples) -> Samples:
+    """The base as the Fourier series of one sine, of a periodic motion up to order `ORDERS`, or as a quintic
+    spline through the fewest equal pieces, whichever first leaves no more than the noise; the base itself
+    where none does."""
+    most = NOISE_EXCESS * estimate_noise(base)
+    for smooth in _smoother(time, base):
+        if math.sqrt(np.mean((base - smooth) ** 2)) < most:
+            return smooth
+    return base
+
+
+def _smoother(time: Samples, base: Samples) -> Iterator[Samples]:
+    """The base in ways that follow it ever more closely."""
+    angle = 2 * math.pi * fit_harmonic(time, base).frequency * (time - time[0])
+    if angle[-1] > 2 * math.pi * LEAST_CYCLES:
+        yield _series(angle, base, 1)
+        yield _series(angle, base, ORDERS)
+    for count in (2**power for power in range(2, int(math.log2(len(time) / PIECE)) + 1)):
+        inner = np.linspace(time[0], time[-1], count + 1)
+        knots = np.concatenate([np.repeat(time[0], DEGREE), inner, np.repeat(time[-1], DEGREE)])
+        yield make_lsq_spline(time, base, knots, DEGREE)(time)
+
+
+def _series(angle: Samples, base: Samples, orders: int) -> Samples:
+    """The Fourier series of the base, up to this order, in an angle that grows by 2 pi in a period."""
+    waves = np.outer(angle, np.arange(1, orders + 1))
+    design = np.concatenate([np.ones((len(angle), 1)), np.cos(waves), np.sin(waves)], axis=1)
+    return design @ np.linalg.lstsq(design, base, rcond=None)[0]
 
 
 def natural_period(rig: KnownRig) -> float | None:

@@ -22,8 +22,9 @@ def fit_harmonic(
 ) -> Harmonic:
     """The least-squares sine through the samples; its frequency is searched unless given.
 
-    The search starts at the highest line of the spectrum and refines by Gauss-Newton steps on the frequency.
-    The record must span at least one cycle. time: uniform [s].
+    The search starts at the highest line of the spectrum and refines by Gauss-Newton steps on the frequency,
+    with what amplitude, phase and mean make of them projected out (Golub, Pereyra, SIAM Journal on Numerical
+    Analysis 10 (1973) 413). The record must span at least one cycle. time: uniform [s].
     """
     if frequency is not None:
         return _at(time, samples, frequency)[0]
@@ -36,6 +37,7 @@ def fit_harmonic(
         slope = (
             2 * math.pi * centre * harmonic.amplitude * np.cos(2 * math.pi * found * time + harmonic.phase)
         )
+        slope = _left(_design(time, found), slope)
         power = np.dot(slope, slope)
         step = float(np.dot(slope, residual) / power) if power else 0.0
         found = max(found + float(np.clip(step, -0.5 / span, 0.5 / span)), 0.5 / span)
@@ -47,9 +49,22 @@ def fit_harmonic(
 def _at(
     time: NDArray[np.float64], samples: NDArray[np.float64], frequency: float
 ) -> tuple[Harmonic, NDArray[np.float64]]:
-    angle = 2 * math.pi * frequency * time
-    design = np.stack([np.sin(angle), np.cos(angle), np.ones_like(angle)], axis=1)
-    normal = np.linalg.lstsq(design.T @ design, design.T @ samples, rcond=None)[0]
-    sine, cosine, mean = (float(value) for value in normal)
+    design = _design(time, frequency)
+    sine, cosine, mean = _weights(design, samples).tolist()
     harmonic = Harmonic(frequency, math.hypot(sine, cosine), math.atan2(cosine, sine), mean)
-    return harmonic, samples - design @ np.array([sine, cosine, mean])
+    return harmonic, _left(design, samples)
+
+
+def _design(time: NDArray[np.float64], frequency: float) -> NDArray[np.float64]:
+    angle = 2 * math.pi * frequency * time
+    return np.stack([np.sin(angle), np.cos(angle), np.ones_like(angle)], axis=1)
+
+
+def _weights(design: NDArray[np.float64], samples: NDArray[np.float64]) -> NDArray[np.float64]:
+    weights, *_ = np.linalg.lstsq(design.T @ design, design.T @ samples, rcond=None)
+    return np.asarray(weights, np.float64)
+
+
+def _left(design: NDArray[np.float64], samples: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What the columns of the design leave of the samples."""
+    return samples - design @ _weights(design, samples)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import pytest
 
-from fitting.signals import read_signals
+from fitting.signals import excitation, read_signals
 from jaxstick.parts.drive import SineDrive
 from tests.fitting.reference_data import NOISE, noisy, own_run
 
@@ -45,3 +46,33 @@ def test_the_recorded_force_is_smoothed():
     assert run.friction is not None and error(seen.recorded) < 0.8 * error(run.friction)
     unrecorded = read_signals(dataclasses.replace(run, friction=None), NOISE)
     assert np.all(np.isnan(unrecorded.recorded))
+
+
+TIME = np.arange(1200) * 4e-3
+BASE_NOISE = 5e-6
+EDGES = 0.01 * np.sign(np.sin(2 * np.pi * 0.7 * TIME))
+MOTIONS = {
+    "a sine seen for one cycle": 0.016 * np.sin(2 * np.pi * 0.21 * TIME + 0.4),
+    "two tones in tune": 0.01 * np.sin(2 * np.pi * 1.1 * TIME) + 0.002 * np.sin(2 * np.pi * 3.3 * TIME + 1),
+    "a sweep": 0.01 * np.sin(2 * np.pi * (0.3 + 0.2 * TIME) * TIME),
+}
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_the_noise_of_a_recorded_base_does_not_shake_the_contact(motion: str):
+    """Half of it at most is left, and less of what lies beyond 15 Hz."""
+    noise = BASE_NOISE * np.random.default_rng(2).standard_normal(len(TIME))
+    run = dataclasses.replace(
+        own_run(SineDrive(0.8, 1e-2), samples=1200), base=MOTIONS[motion] + noise, time=TIME
+    )
+    off = excitation(run, TIME)[0] - MOTIONS[motion]
+    assert np.std(off) < BASE_NOISE / 2
+    fast = np.fft.rfftfreq(len(TIME), 4e-3) > 15
+    spectra = [np.abs(np.fft.rfft(part * np.hanning(len(TIME))))[fast] for part in (off, noise)]
+    assert np.linalg.norm(spectra[0]) < np.linalg.norm(spectra[1]) / 20
+
+
+def test_a_base_with_edges_is_left_as_it_was_recorded():
+    noise = BASE_NOISE * np.random.default_rng(2).standard_normal(len(TIME))
+    run = dataclasses.replace(own_run(SineDrive(0.8, 1e-2), samples=1200), base=EDGES + noise, time=TIME)
+    np.testing.assert_array_equal(excitation(run, TIME)[0], EDGES + noise)

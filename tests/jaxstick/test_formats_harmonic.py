@@ -42,3 +42,11 @@ def test_a_given_frequency_is_kept():
     time = np.arange(300) / 100
     found = fit_harmonic(time, 2 * np.sin(2 * np.pi * time), frequency=1.0)
     assert (found.frequency, round(found.amplitude, 9)) == (1.0, 2.0)
+
+
+def test_one_cycle_in_noise_is_enough():
+    """Where amplitude, phase and mean can make good for much of a wrong frequency."""
+    time = np.arange(0, 8.6, 4e-3)
+    noise = 6e-6 * np.random.default_rng(1).standard_normal(len(time))
+    found = fit_harmonic(time, 0.015 * np.sin(2 * np.pi * 0.1276 * time + 1.2) + noise)
+    assert found.frequency == pytest.approx(0.1276, rel=2e-4)
