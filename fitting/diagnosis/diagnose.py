@@ -36,7 +36,7 @@ from fitting.diagnosis.shrink import (
 )
 from fitting.diagnosis.steadiness import steadier
 from fitting.diagnosis.turns import surveyed
-from fitting.diagnosis.words import advice, notes, refutation, sentence, steps_taken
+from fitting.diagnosis.words import advice, notes, refutation, sentence, steps_taken, wander_of
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
 from fitting.segments import Segment
@@ -103,7 +103,7 @@ def diagnose(
         verdict=judgement.verdict,
         named=judgement.named,
         probabilities=judgement.effects,
-        sentence=sentence(model, judgement, shrunk, where),
+        sentence=sentence(model, judgement, shrunk, where, wander_of(found.nominal)),
         where=where,
         residual_force=force,
         candidates=listed,

@@ -15,22 +15,27 @@ from fitting.diagnosis.findings import Closure, Where
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.judge import Judgement, alternatives
 from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.shrink import Split
 from fitting.problem import Problem
 
 WEAK = 3.0
 NOTABLE_WANDER, STILLER = 0.5, 0.6
 """Friction that wanders by more than this many percent; and by less than this share of that."""
+MUCH = 1.0
+"""Friction that wanders by more than so many percent is part of the verdict."""
 
 
-def sentence(model: Model, judgement: Judgement, shrunk: Closure, where: Where) -> str:
-    """The verdict in one sentence."""
+def sentence(model: Model, judgement: Judgement, shrunk: Closure, where: Where, wander: float = 0.0) -> str:
+    """The verdict in one sentence. `wander`: by how many percent friction wanders under the nominal model."""
     titles = [_title(model, key) for key in judgement.named]
     held = "segments" if shrunk.by_segments else "runs"
     closed = f"it closes {100 * shrunk.closed:.0f} % of the reducible gap on {held} that took no part"
     if judgement.verdict == "none":
+        far = f", if friction may wander by {wander:.2g} % from segment to segment" if wander > MUCH else ""
         return (
-            "The records agree with the simulator within their noise: no effect on the shelf is called for."
+            f"The records agree with the simulator within their noise{far}: no effect on the shelf is called "
+            "for."
         )
     if judgement.verdict == "unlisted":
         share = ", ".join(f"{100 * v:.0f} % in {name}" for name, v in _largest(where.phase, 2))
@@ -132,8 +137,7 @@ def notes(
         )
     out += of_every_run(contact.model, problem.chosen[0].run.file, found.judgement.named)
     if named is not None:
-        before, after = (math.sqrt(fit.misfit) * fit.point.widths for fit in (found.nominal, named.refit))
-        out += stiller(named.keys, before, after)
+        out += stiller(named.keys, wander_of(found.nominal), wander_of(named.refit))
     if found.lost > LOST:
         out.append(f"{100 * found.lost:.0f} % of the segments fit far worse than the rest and count little.")
     if 0 < where.significance < WEAK and found.judgement.verdict != "none":
@@ -150,16 +154,19 @@ def notes(
     return tuple(out)
 
 
-def stiller(named: Sequence[str], before: np.ndarray, after: np.ndarray) -> list[str]:
-    """What is to be known where friction wanders far less with what is named, by these widths of level and
-    slope."""
-    was, is_now = (100 * float(np.hypot(*widths)) for widths in (before, after))
-    if was < NOTABLE_WANDER or is_now > STILLER * was:
+def wander_of(fit: Refit) -> float:
+    """By how many percent friction wanders from segment to segment (standard deviation)."""
+    return 100 * math.sqrt(fit.misfit) * float(np.hypot(*fit.point.widths))
+
+
+def stiller(named: Sequence[str], before: float, after: float) -> list[str]:
+    """What is to be known where friction wanders far less with what is named, by so many percent."""
+    if before < NOTABLE_WANDER or after > STILLER * before:
         return []
     return [
-        f"Friction wanders from segment to segment by {is_now:.2g} % (standard deviation) with "
-        f"{' and '.join(named)}, by {was:.2g} % without: what wandering takes over of an effect is no part "
-        "of the gap, nor of the share of it that closes."
+        f"Friction wanders from segment to segment by {after:.2g} % (standard deviation) with "
+        f"{' and '.join(named)}, by {before:.2g} % without: what wandering takes over of an effect is no "
+        "part of the gap, nor of the share of it that closes."
     ]
 
 
@@ -185,7 +192,6 @@ def steps_taken(
     samples = int(lanes.displacement.shape[1])
     apart = ", ".join(held.files) if held.files else "every third stretch of segments"
     tried = len(found.screen.keys)
-    wander = math.sqrt(found.nominal.misfit) * float(np.hypot(*found.nominal.point.widths))
     refitted = [e for e in found.explanations if len(e.keys) == 1]
     pairs = len(found.explanations) - len(refitted)
     out = [
@@ -194,7 +200,8 @@ def steps_taken(
         f"Held out: {apart}.",
         "The nominal model was fitted with the rig free within its tolerance and the friction level free "
         f"from run to run: misfit {found.nominal.misfit:.4g} (1 is noise).",
-        f"Under it friction wanders from segment to segment by {100 * wander:.2g} % (standard deviation).",
+        f"Under it friction wanders from segment to segment by {wander_of(found.nominal):.2g} % (standard "
+        "deviation).",
         f"The contact is {contact.words or 'that of the assumptions, an elastic-plastic spring'}.",
         f"{tried} effects were screened and the {len(refitted)} most promising refitted.",
     ]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import types
+from typing import Any
 
-import numpy as np
 import pytest
 
 from fitting.diagnosis.judge import Judgement
@@ -27,10 +27,18 @@ def test_what_may_act_in_the_place_of_one_of_two_is_said(diagnosis, likely):
 
 
 def test_wandering_that_takes_over_an_effect_is_said():
-    drift, level = "friction_drift", np.array([0.05, 0.0])
-    (said,) = stiller((drift,), level, 0.4 * level)
+    (said,) = stiller(("friction_drift",), 5.0, 2.0)
     assert said.startswith(
-        "Friction wanders from segment to segment by 2 % (standard deviation) with " + drift
+        "Friction wanders from segment to segment by 2 % (standard deviation) with friction_"
     )
-    assert "by 5 % without" in said
-    assert stiller((drift,), level, 0.8 * level) == stiller((drift,), 0.05 * level, 0.01 * level) == []
+    assert "friction_drift, by 5 % without" in said
+    assert stiller(("friction_drift",), 5.0, 4.0) == stiller(("friction_drift",), 0.3, 0.1) == []
+
+
+@pytest.mark.parametrize(("wander", "condition"), [(0.2, ""), (5.1, ", if friction may wander by 5.1 %")])
+def test_none_is_said_with_what_friction_has_to_do_for_it(diagnosis, wander, condition):
+    model: Any = None
+    judgement = Judgement({"none": 1.0}, {}, "none", ())
+    said = sentence(model, judgement, diagnosis.closure, diagnosis.where, wander)
+    assert said.startswith("The records agree with the simulator within their noise" + condition)
+    assert ("wander" in said) == bool(condition)
