@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from fitting.lanes import Lanes
-from fitting.signals import Signals, excitation
+from fitting.signals import Signals, base_motion
 from jaxstick.parts.drive import Extent, RecordedDrive
 from jaxstick.record import KnownRig
 
@@ -64,7 +64,10 @@ def lay_out(
     samples = max(segment.last - segment.first for segment in segments) + beyond
     refine = max(_refinement(signal) for signal in signals)
     splines = [_drive_pieces(signal, refine) for signal in signals]
-    extents = [_extent(*pieces) for pieces in splines]
+    extents = [
+        _extent(*(part[: len(signal.run.time) * refine] for part in pieces))
+        for signal, pieces in zip(signals, splines, strict=True)
+    ]
     columns = [
         _lane(signals[segment.run], segment, splines[segment.run], samples, refine, force_scale)
         for segment in segments
@@ -111,14 +114,18 @@ def _refinement(signal: Signals) -> int:
 
 def _drive_pieces(signal: Signals, refine: int) -> tuple[np.ndarray, np.ndarray]:
     """Cubic coefficients of base and force on a grid `refine` times finer than the samples, which goes on for
-    one sample after the last."""
-    time = signal.run.time
-    knots = time[0] + signal.run.interval / refine * np.arange(len(time) * refine + 1)
+    one sample after the last, or for as many as the base is known ahead; the force then stays as it is."""
+    time, interval = signal.run.time, signal.run.interval
+    more = max(1, len(signal.ahead))
+    knots = time[0] + interval / refine * np.arange((len(time) - 1 + more) * refine + 1)
     if _refinement(signal) > 1:
-        base = CubicSpline(knots, excitation(signal.run, knots)[0])
+        base = CubicSpline(knots, base_motion(signal.run, knots)[0])
     else:
-        base = CubicSpline(time, signal.base)
-    return _on_grid(base, knots), _on_grid(CubicSpline(time, signal.force), knots)
+        ahead = time[-1] + interval * np.arange(1, len(signal.ahead) + 1)
+        base = CubicSpline(np.concatenate([time, ahead]), np.concatenate([signal.base, signal.ahead]))
+    force = _on_grid(CubicSpline(time, signal.force), knots[: len(time) * refine + 1])
+    stays = np.repeat(force[-1:], (more - 1) * refine, axis=0)
+    return _on_grid(base, knots), np.concatenate([force, stays])
 
 
 def _extent(base: np.ndarray, force: np.ndarray) -> tuple[float, ...]:

@@ -19,9 +19,12 @@ Samples = np.ndarray
 ORDERS = 7
 LEAST_CYCLES = 0.5
 """Of a period that is longer, too little is seen to tell one."""
+AHEAD = 48
+"""Samples after the end of a run: a base that is read late is to be known there."""
 DEGREE, PIECE = 5, 8
 """Degree of the splines that smooth a base, and how many samples a piece has at least."""
-NOISE_EXCESS = 1.1
+NOISE_EXCESS, EXACT = 1.1, 1e-6
+"""A base is met where no more than so many times its noise is left, or than this share of its range."""
 STILL = 0.02
 """A mass moves where its velocity is above this share of its top and 4 of its standard deviations;"""
 FAST = 0.3
@@ -36,7 +39,8 @@ SMOOTH = 5, 2
 class Signals:
     """One run's samples (SI), the velocity and friction force found from them, and their standard deviations.
 
-    `base` and `force` are the excitation at the samples (zero where the run has none). `friction` is the
+    `base` and `force` are the excitation at the samples (zero where the run has none); `ahead` is the base at
+    `AHEAD` more samples after the last, where it is known to go on as before, else empty. `friction` is the
     recorded friction force or, without that channel, m x'' + c x' + K x - k_d y - c_d y' - u. `rest` is for
     how long the mass has been at rest [s], `impulse` the integral of the friction force from the beginning of
     the run [N s], `slid` the sense in which the mass slid last (1, -1, or 0 where it has not yet), `recorded`
@@ -45,6 +49,7 @@ class Signals:
 
     run: Run
     base: Samples
+    ahead: Samples
     force: Samples
     velocity: Samples
     friction: Samples
@@ -63,7 +68,8 @@ class Signals:
         if self.base_noise == 0:
             return self
         noise = self.base_noise * random.standard_normal(len(self.base))
-        return dataclasses.replace(self, base=_smoothed(self.run.time, self.base + noise))
+        base, ahead = _smoothed(self.run.time, self.base + noise)
+        return dataclasses.replace(self, base=base, ahead=ahead)
 
 
 def read_signals(run: Run, noise: Noise) -> Signals:
@@ -75,7 +81,8 @@ def read_signals(run: Run, noise: Noise) -> Signals:
     if run.friction is not None:
         friction_noise = noise.friction or estimate_noise(run.friction)
     base_noise = 0.0 if run.base is None else noise.base or estimate_noise(run.base)
-    base, force = excitation(run, run.time)
+    base, ahead = base_motion(run, run.time)
+    force = np.zeros_like(base) if run.force is None else run.force
     window = _window(natural_period(run.rig) or 100 * dt, dt, len(run.time))
     velocity = np.asarray(savgol_filter(run.displacement, window, 2, deriv=1, delta=dt))
     velocity_deviation = displacement_noise * math.sqrt(
@@ -91,6 +98,7 @@ def read_signals(run: Run, noise: Noise) -> Signals:
     return Signals(
         run,
         base,
+        ahead,
         force,
         velocity,
         friction,
@@ -120,37 +128,44 @@ def _slid(velocity: Samples, friction: Samples, moving: np.ndarray) -> Samples:
     return np.where(last < 0, 0.0, np.sign(velocity[last]))
 
 
-def excitation(run: Run, time: Samples) -> tuple[Samples, Samples]:
-    """Base displacement [m] and applied force [N] of a run at its sample times (zero where it has none).
+def base_motion(run: Run, time: Samples) -> tuple[Samples, Samples]:
+    """Base displacement [m] of a run at its sample times, or at others where it was not recorded (zero where
+    the run has none), and at `AHEAD` more of them after the last (empty where nobody knows).
 
     A base that was not recorded is base_amplitude sin(2 pi frequency t + phase). A recorded one is smoothed
     as far as that leaves no more than the channel's noise, which would otherwise shake the simulated contact:
     in stick the mass rings at a frequency at which little else excites it.
     """
-    zero = np.zeros_like(time)
-    base = zero
     if run.base is not None:
-        base = _smoothed(run.time, run.base)
-    elif run.frequency is not None and run.base_amplitude is not None:
-        base = run.base_amplitude * np.sin(2 * math.pi * run.frequency * time + run.base_phase)
-    return base, zero if run.force is None else run.force
+        return _smoothed(time, run.base)
+    if run.frequency is None or run.base_amplitude is None:
+        return np.zeros_like(time), np.zeros(AHEAD)
+    longer = _longer(time)
+    base = run.base_amplitude * np.sin(2 * math.pi * run.frequency * longer + run.base_phase)
+    return base[: len(time)], base[len(time) :]
 
 
-def _smoothed(time: Samples, base: Samples) -> Samples:
+def _longer(time: Samples) -> Samples:
+    """Uniform times with `AHEAD` more after the last."""
+    return np.concatenate([time, time[-1] + (time[1] - time[0]) * np.arange(1, AHEAD + 1)])
+
+
+def _smoothed(time: Samples, base: Samples) -> tuple[Samples, Samples]:
     """The base as the Fourier series of one sine, of a periodic motion up to order `ORDERS`, or as a quintic
     spline through the fewest equal pieces, whichever first leaves no more than the noise; the base itself
-    where none does."""
-    most = NOISE_EXCESS * estimate_noise(base)
+    where none does. And the base after the last sample, where it is a series."""
+    most = max(NOISE_EXCESS * estimate_noise(base), EXACT * float(np.ptp(base)))
     for smooth in _smoother(time, base):
-        if math.sqrt(np.mean((base - smooth) ** 2)) < most:
-            return smooth
-    return base
+        within = smooth[: len(base)]
+        if math.sqrt(np.mean((base - within) ** 2)) < most:
+            return within, smooth[len(base) :]
+    return base, np.zeros(0)
 
 
 def _smoother(time: Samples, base: Samples) -> Iterator[Samples]:
-    """The base in ways that follow it ever more closely."""
-    angle = 2 * math.pi * fit_harmonic(time, base).frequency * (time - time[0])
-    if angle[-1] > 2 * math.pi * LEAST_CYCLES:
+    """The base in ways that follow it ever more closely; beyond the last sample where that can be told."""
+    angle = 2 * math.pi * fit_harmonic(time, base).frequency * (_longer(time) - time[0])
+    if angle[len(time) - 1] > 2 * math.pi * LEAST_CYCLES:
         yield _series(angle, base, 1)
         yield _series(angle, base, ORDERS)
     for count in (2**power for power in range(2, int(math.log2(len(time) / PIECE)) + 1)):
@@ -160,10 +175,11 @@ def _smoother(time: Samples, base: Samples) -> Iterator[Samples]:
 
 
 def _series(angle: Samples, base: Samples, orders: int) -> Samples:
-    """The Fourier series of the base, up to this order, in an angle that grows by 2 pi in a period."""
+    """The Fourier series of the base, up to this order, in an angle that grows by 2 pi in a period and may go
+    on after the base."""
     waves = np.outer(angle, np.arange(1, orders + 1))
     design = np.concatenate([np.ones((len(angle), 1)), np.cos(waves), np.sin(waves)], axis=1)
-    return design @ np.linalg.lstsq(design, base, rcond=None)[0]
+    return design @ np.linalg.lstsq(design[: len(base)], base, rcond=None)[0]
 
 
 def natural_period(rig: KnownRig) -> float | None:

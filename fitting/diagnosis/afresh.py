@@ -54,7 +54,8 @@ def afresh(
         starts = [start(model, nominal, promise, point) for point in points]
         tried += heats(model, heat, starts, Silent(), wander=False)
         progress.advance(promise.key)
-    return final(model, bench, np.asarray(bench.lanes.start), few, tried, finalists, Silent())
+    recorded = np.asarray(bench.lanes.start)
+    return final(model, bench, lambda _: recorded, few, tried, finalists, Silent())
 
 
 def outright(
@@ -82,7 +83,7 @@ def outright(
     starts = [start(model, nominal, p, point) for (p, _), point in zip(begun, points, strict=True)]
     tried = heats(model, heat, starts, Silent(), wander=False)
     progress.advance()
-    return final(model, bench, nominal.point.own, few, tried, finalists, Silent())
+    return final(model, bench, lambda _: nominal.point.own, few, tried, finalists, Silent())
 
 
 def _some(bench: Bench) -> np.ndarray:

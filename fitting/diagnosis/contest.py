@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.layout import Layout, with_strengths
+from fitting.diagnosis.layout import Layout, strengths_of, with_strengths
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import ITERATIONS, Refit, misfit_of, refit, within_columns
 from fitting.diagnosis.release import all_settled, settled
@@ -96,7 +96,11 @@ def contest(
         null = base.point.take(few)
         astray = [start(model, base, each.promise, null) for each in tried if each.refit.misfit > stays]
         tried = best_of([*tried, *heats(model, heat, astray, Silent(), wander=moves)])
-    return final(model, bench, base.point.own, few, tried, finalists, progress, wander=wander)
+
+    def own(found: Explanation) -> np.ndarray:
+        return _own(bench, base, found.promise, _share(model, bench, found))
+
+    return final(model, bench, own, few, tried, finalists, progress, wander=wander)
 
 
 class Start(NamedTuple):
@@ -129,7 +133,7 @@ def heats(
 def final(
     model: Model,
     bench: Bench,
-    own: np.ndarray,
+    own: Callable[[Explanation], np.ndarray],
     few: np.ndarray,
     tried: Sequence[Explanation],
     finalists: int,
@@ -137,12 +141,13 @@ def final(
     *,
     wander: bool = True,
 ) -> list[Explanation]:
-    """The best of what was tried on few lanes fitted to all of them; the others begin with their `own`."""
+    """The best of what was tried on few lanes fitted to all of them; what the others have of their own
+    settles from where `own` (lanes, 5) puts it."""
     best = sorted(tried, key=lambda e: e.refit.misfit)[:finalists]
     results = refit(
         model,
         bench,
-        model.side_by_side(lambda e: _everywhere(model, bench, own, few, e.refit.point), best),
+        model.side_by_side(lambda e: _everywhere(model, bench, own(e), few, e.refit.point), best),
         [e.refit.free for e in best],
         wander=wander,
         hopeless=HOPELESS,
@@ -193,7 +198,19 @@ def _begin(
         point.coordinates[model.index(*model.shelf.shapes[promise.key])] = promise.shape
     coordinates = np.clip(point.coordinates, model.lower, model.upper)
     by_run = np.clip(point.by_run, model.lower[model.by_run], model.upper[model.by_run])
+    own = _own(bench, base, promise, share)
+    return dataclasses.replace(point, coordinates=coordinates, by_run=by_run, own=own)
+
+
+def _own(bench: Bench, base: Refit, promise: Promise, share: float) -> np.ndarray:
+    """What lanes have of their own at this share of the expected change."""
     reach = OWN_REACH * np.asarray(bench.lanes.start_deviation)
     reach[:, START:] = FRICTION_REACH
-    own = point.own + np.clip(promise.own_around + share * promise.own_room, -reach, reach)
-    return dataclasses.replace(point, coordinates=coordinates, by_run=by_run, own=own)
+    return base.point.own + np.clip(promise.own_around + share * promise.own_room, -reach, reach)
+
+
+def _share(model: Model, bench: Bench, found: Explanation) -> float:
+    """The share of the change expected of an effect that was found."""
+    change = found.promise.change
+    strengths = strengths_of(model, bench, found.refit.point, found.promise.key)
+    return float(strengths @ change / max(change @ change, 1e-300))

@@ -12,11 +12,15 @@ from jaxstick.parts.drive import SineDrive
 from tests.fitting.reference_data import dataset, own_run
 
 SAMPLES = 200
+SKIPPED = 0.5
+"""When the sine began before the run [s]."""
 
 
 def test_the_drive_goes_on_past_the_last_sample_of_a_record():
-    """Lanes that are filled up beyond the end of their run see the base of the last sample at that sample."""
-    run = own_run(SineDrive(1.5, 10e-3), samples=SAMPLES, file="run-0.csv")
+    """Lanes that are filled up beyond the end of their run see the base of the last sample at that sample,
+    and beyond it a sine that goes on: a base that was read late asks for it."""
+    sine = SineDrive(1.5, 10e-3)
+    run = own_run(sine, samples=SAMPLES, file="run-0.csv")
     assert run.base is not None
     problem = pose(dataset(run), Settings())
     lanes = lay_out(
@@ -27,6 +31,8 @@ def test_the_drive_goes_on_past_the_last_sample_of_a_record():
     step = run.interval
     with jax.enable_x64(True):
         before, at, after = (drive.at(last + share * step) for share in (-1e-6, 0.0, 0.5))
+        later, goes_on = drive.at(last + 10.5 * step), sine.at(SKIPPED + last + 10.5 * step)
     assert float(at.y) == pytest.approx(run.base[-1], abs=1e-6)
     assert float(at.y) == pytest.approx(float(before.y), abs=1e-7)
+    assert float(later.y) == pytest.approx(float(goes_on.y), abs=1e-6)
     assert float(after.y) == pytest.approx(float(at.y) + 0.5 * step * float(at.y_rate), abs=2e-5)

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fitting.signals import excitation, read_signals
+from fitting.signals import AHEAD, base_motion, read_signals
 from jaxstick.parts.drive import SineDrive
 from tests.fitting.reference_data import NOISE, noisy, own_run
 
@@ -65,7 +65,7 @@ def test_the_noise_of_a_recorded_base_does_not_shake_the_contact(motion: str):
     run = dataclasses.replace(
         own_run(SineDrive(0.8, 1e-2), samples=1200), base=MOTIONS[motion] + noise, time=TIME
     )
-    off = excitation(run, TIME)[0] - MOTIONS[motion]
+    off = base_motion(run, TIME)[0] - MOTIONS[motion]
     assert np.std(off) < BASE_NOISE / 2
     fast = np.fft.rfftfreq(len(TIME), 4e-3) > 15
     spectra = [np.abs(np.fft.rfft(part * np.hanning(len(TIME))))[fast] for part in (off, noise)]
@@ -75,4 +75,18 @@ def test_the_noise_of_a_recorded_base_does_not_shake_the_contact(motion: str):
 def test_a_base_with_edges_is_left_as_it_was_recorded():
     noise = BASE_NOISE * np.random.default_rng(2).standard_normal(len(TIME))
     run = dataclasses.replace(own_run(SineDrive(0.8, 1e-2), samples=1200), base=EDGES + noise, time=TIME)
-    np.testing.assert_array_equal(excitation(run, TIME)[0], EDGES + noise)
+    base, ahead = base_motion(run, TIME)
+    np.testing.assert_array_equal(base, EDGES + noise)
+    assert len(ahead) == 0
+
+
+@pytest.mark.parametrize("recorded", [True, False])
+def test_a_sine_is_known_beyond_the_end_of_the_run(recorded: bool):
+    run = own_run(SineDrive(0.8, 1e-2), samples=1200)
+    time = run.time[-1] + run.interval * np.arange(1, AHEAD + 1)
+    if recorded:
+        run = dataclasses.replace(run, frequency=None, base=1e-2 * np.sin(2 * np.pi * 0.8 * run.time))
+    else:
+        run = dataclasses.replace(run, frequency=0.8, base_amplitude=1e-2, base_phase=0.0, base=None)
+    ahead = read_signals(run, NOISE).ahead
+    np.testing.assert_allclose(ahead, 1e-2 * np.sin(2 * np.pi * 0.8 * time), atol=1e-6)
