@@ -156,7 +156,8 @@ def _inflation(bench: Bench, seen: Screen) -> float:
 
 def _account(model: Model, bench: Bench, nominal: Refit, explanation: Explanation, floor: float) -> Account:
     """The account of an explanation. A strength that every run has of its own counts once, and for the other
-    runs as far as these differ from one another."""
+    runs as far as these differ from one another. Where residuals are weighed by what does not repeat itself,
+    which is known from the records alone, a second effect earns nothing by leaving less than that."""
     keys, fit, runs = explanation.keys, explanation.refit, np.unique(bench.run)
     parameters, of_one_run = 0, 0.0
     for number in np.concatenate([model.of(key) for key in keys]):
@@ -165,4 +166,5 @@ def _account(model: Model, bench: Bench, nominal: Refit, explanation: Explanatio
             own = fit.point.by_run[runs][:, model.by_run == number]
             of_one_run += (len(runs) - 1) * float(np.var(own) / max(np.mean(own**2), 1e-300))
     steady = steadier(nominal.levels, fit.levels, bench.run) if bench.wanders else 0.0
-    return Account(keys, fit.misfit / floor, parameters, of_one_run, len(runs), steady)
+    least = 1.0 if bench.scatters and len(keys) > 1 else 0.0
+    return Account(keys, max(fit.misfit / floor, least), parameters, of_one_run, len(runs), steady)
