@@ -134,7 +134,7 @@ def _weighed(
     found = sorted(found, key=lambda explanation: explanation.refit.misfit)
     floor = min(floor, floor_of(model, bench, [found[0].refit]))
     samples = float(bench.dof().sum())
-    accounts = [_account(model, bench, nominal, e, floor) for e in found]
+    accounts = [account(model, bench, nominal, e, floor) for e in found]
     judgement = judge(
         nominal.misfit / floor,
         accounts,
@@ -154,7 +154,7 @@ def _inflation(bench: Bench, seen: Screen) -> float:
     return max(seen.inflation, float(bench.dof().sum()) / pieces if bench.scatters else 1.0)
 
 
-def _account(model: Model, bench: Bench, nominal: Refit, explanation: Explanation, floor: float) -> Account:
+def account(model: Model, bench: Bench, nominal: Refit, explanation: Explanation, floor: float) -> Account:
     """The account of an explanation. A strength that every run has of its own counts once, and for the other
     runs as far as these differ from one another. Where residuals are weighed by what does not repeat itself,
     which is known from the records alone, a second effect earns nothing by leaving less than that."""
