@@ -40,6 +40,8 @@ depend on the shape that an effect has on the shelf."""
 UNLISTED_SHARE = 0.15
 """The share of the excess that an effect off the shelf is taken to leave: a listed one that leaves far more
 is not the cause. It is taken to make friction steadier by all but this share, too."""
+NEARLY_BEST = 1.1
+"""What steadier friction is worth counts for explanations that leave no more than so many times the least."""
 OTHER_SHAPE = 0.015
 """The share of the excess that the right effect may leave because it has another shape than on the shelf:
 what a second effect makes of no more than that is no evidence for it, unless the two leave hardly more
@@ -92,10 +94,9 @@ class Account:
     steadier: float = 0.0
 
     def price(self, pieces: float) -> float:
-        """What its parameters cost, each by the pieces of evidence that it is found from, less what steadier
-        friction is worth."""
+        """What its parameters cost, each by the pieces of evidence that it is found from."""
         apart = self.of_one_run * math.log(max(pieces / self.runs, 1.0))
-        return 0.5 * (self.parameters * math.log(pieces) + apart) - self.steadier
+        return 0.5 * (self.parameters * math.log(pieces) + apart)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -136,11 +137,12 @@ def judge(
 
     unlisted = UNLISTED_FLOOR + UNLISTED_SHARE * max(nominal - UNLISTED_FLOOR, 0.0)
     names = [NONE, UNLISTED]
-    steadiest = max((account.steadier for account in accounts if len(account.keys) == 1), default=0.0)
-    anything = Account((), unlisted, UNLISTED_PARAMETERS, steadier=(1 - UNLISTED_SHARE) * steadiest)
+    steady = _steadier(accounts, NEARLY_BEST * best)
+    as_steady = (1 - UNLISTED_SHARE) * max(steady.values(), default=0.0)
+    anything = Account((), unlisted, UNLISTED_PARAMETERS)
     logs = [
         weight(nominal, 0, PRIOR[NONE]) - 0.5 * (excess / FLOOR) ** 2,
-        weight(unlisted, anything.price(pieces), PRIOR[UNLISTED]),
+        weight(unlisted, anything.price(pieces) - as_steady, PRIOR[UNLISTED]),
     ]
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
     alone = min((account.misfit for account in accounts if len(account.keys) == 1), default=nominal)
@@ -149,14 +151,13 @@ def judge(
     soft = min(OTHER_SHAPE * excess, REST * max(alone - 1.0, 0.0))
     for account in accounts:
         names.append("+".join(account.keys))
-        price = account.price(pieces)
+        price = account.price(pieces) - steady[account.keys]
         if len(account.keys) == 1:
             logs.append(weight(account.misfit, price, PRIOR["single"] / len(shelf)))
         else:
             needless = enough and account.misfit > clean
             more = 0.0 if needless else evidence(account.misfit, soft) - evidence(alone, soft)
-            no_news = max(account.steadier - steadiest, 0.0)
-            logs.append(weight(alone, price + no_news, PRIOR["pair"] / pairs) + NESTED * more)
+            logs.append(weight(alone, price, PRIOR["pair"] / pairs) + NESTED * more)
     logs = _levelled(names, logs, accounts, ALIKE * excess, aliases or {})
     share = np.exp(np.array(logs) - max(logs))
     share = (1 - DOUBT) * share / share.sum() + DOUBT / len(share)
@@ -167,6 +168,19 @@ def judge(
             effects[key] += explanations["+".join(account.keys)] / len(account.keys)
     verdict, named = verdict_of(explanations)
     return Judgement(explanations, effects, verdict, named)
+
+
+def _steadier(accounts: Sequence[Account], most: float) -> dict[tuple[str, ...], float]:
+    """What steadier friction is worth to every account: nothing where it leaves more than `most`, for what is
+    left bends levels; and to two effects no more than to the better of them alone."""
+    alone = {account.keys[0]: account.steadier for account in accounts if len(account.keys) == 1}
+
+    def worth(account: Account) -> float:
+        if account.misfit > most:
+            return 0.0
+        return min(account.steadier, max(alone.get(key, 0.0) for key in account.keys))
+
+    return {account.keys: worth(account) for account in accounts}
 
 
 def refuted(judgement: Judgement, heir: str = UNLISTED) -> Judgement:

@@ -82,6 +82,13 @@ def test_an_effect_that_wandering_hides_is_named_for_the_steadiness_of_friction(
     assert beside.explanations[f"{SHELF[0]}+{SHELF[1]}"] < 0.1
 
 
+def test_steady_friction_is_no_evidence_for_what_leaves_far_more_than_another():
+    """Nor for what is off the shelf."""
+    bent = dataclasses.replace(account(1, 4.0), steadier=40.0)
+    found = judge(9.0, [account(0, 1.01), bent, account(2, 8.5)], SAMPLES, 1.5, SHELF)
+    assert (found.verdict, found.named) == ("effect", (SHELF[0],))
+
+
 def test_what_is_off_the_shelf_may_make_friction_as_steady():
     """Where an effect leaves a good deal, however steady it makes friction."""
     steady = dataclasses.replace(account(0, 4.0), steadier=6.0)
