@@ -24,7 +24,7 @@ NEW = (0.0, 0.3, 1.0)
 COMMON = 1.0
 """Standard deviation of what all lanes of a run share."""
 FARTHEST = 0.5
-"""A level that is further off is an event that was lost."""
+"""A level that is further off, or no number, is an event that was lost."""
 
 
 class Levels(NamedTuple):
@@ -47,11 +47,12 @@ def steadier(before: Levels, after: Levels, run: np.ndarray) -> float:
 
 def _likelihood(levels: np.ndarray, known: Levels, run: np.ndarray) -> float:
     """The logarithmic likelihood of levels under the process that makes it largest."""
-    levels = np.clip(levels, -FARTHEST, FARTHEST)
+    levels = np.clip(np.nan_to_num(levels, nan=FARTHEST), -FARTHEST, FARTHEST)
+    counts = known.counts & np.isfinite(known.variance)
     total = np.zeros((len(LENGTHS) * len(NEW), len(SCALES)))
     for number in np.unique(run):
         lanes = np.flatnonzero(run == number)
-        place = np.flatnonzero(known.counts[lanes])
+        place = np.flatnonzero(counts[lanes])
         lanes = lanes[place]
         if len(lanes) < 2:
             continue

@@ -69,3 +69,10 @@ def test_lanes_that_do_not_count_and_levels_of_whole_runs_say_nothing():
     known = levels(before)._replace(counts=~lost)
     spoilt = np.where(lost, 7.0, after)
     assert steadier(known, levels(spoilt), RUN) == steadier(known, levels(after), RUN) > 50
+
+
+def test_a_level_that_is_no_number_is_far_off():
+    before = DRIFT * LANE + white(5)
+    after = before - DRIFT * LANE
+    broken = np.where(np.arange(len(RUN)) == 3, np.nan, after)
+    assert 0 <= steadier(levels(before), levels(broken), RUN) < steadier(levels(before), levels(after), RUN)
