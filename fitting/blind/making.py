@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import multiprocessing
 import os
 import shutil
@@ -19,7 +20,7 @@ from fitting.blind.kinds import KINDS, SHARES, TIERS
 from fitting.blind.rigs import Size
 from fitting.blind.seal import MANIFEST, SEALED, checksums, seal
 from fitting.blind.seeds import seed_checksum, stream
-from fitting.blind.spikes import SPIKES, Source, read_source, spiked_case
+from fitting.blind.spikes import Source, read_source, spiked_case, spikes_on
 from fitting.progress import Progress
 from jaxstick.errors import UserError
 from jaxstick.version import version
@@ -88,7 +89,7 @@ def make_cases(
         "spike_on": [source.name for source in sources],
     }
     journal = Journal(out, key, plan)
-    tasks = _tasks(count, settings, kinds, tiers, len(sources))
+    tasks = _tasks(count, settings, kinds, tiers, sources)
     left = [task for task in tasks if not _done(journal, out, task)]
     progress.stage("cases", len(left))
     failed: dict[str, str] = {}
@@ -129,7 +130,11 @@ def _check_folder(out: Path) -> None:
 
 
 def _tasks(
-    count: int, settings: Settings, kinds: tuple[str, ...], tiers: tuple[str, ...], sources: int
+    count: int,
+    settings: Settings,
+    kinds: tuple[str, ...],
+    tiers: tuple[str, ...],
+    sources: tuple[Source, ...],
 ) -> list[Task]:
     if not sources:
         shares = {kind: SHARES[kind] for kind in kinds}
@@ -139,11 +144,11 @@ def _tasks(
         ]
     random = stream(settings.family, settings.seed, "spikes")
     clean = round(CLEAN * count)
-    spikes = [None] * clean + [SPIKES[i % len(SPIKES)] for i in range(count - clean)]
+    places = [at % len(sources) for at in range(count)]
+    faults = [itertools.cycle(spikes_on(source)) for source in sources]
+    spikes = [None if at < clean else next(faults[place]) for at, place in enumerate(places)]
     order = random.permutation(count)
-    return [
-        Task(number, None, int(at) % sources, spikes[at]) for number, at in enumerate(order.tolist(), start=1)
-    ]
+    return [Task(number, None, places[at], spikes[at]) for number, at in enumerate(order.tolist(), start=1)]
 
 
 def _done(journal: Journal, out: Path, task: Task) -> bool:

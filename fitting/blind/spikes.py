@@ -98,6 +98,12 @@ def _read_table(path: Path) -> Table:
     return Table(names, np.array(cells, dtype=float), tuple(min(number, DIGITS) for number in decimals))
 
 
+def spikes_on(source: Source) -> tuple[tuple[str, str], ...]:
+    """The faults, with their formulations, of those channels that every file of a data set holds."""
+    silent = any(table.place("friction") is None for table in source.tables.values())
+    return tuple(spike for spike in SPIKES if not (silent and spike[0].startswith("force_")))
+
+
 def spiked_case(
     settings: Settings, number: int, source: Source, spike: tuple[str, str] | None, folder: Path
 ) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from fitting.blind.seal import checksums, new_key, open_seal
 from fitting.cli import jaxstick as command
 from fitting.progress import Silent
 from jaxstick.errors import UserError
-from jaxstick.record import load_dataset
+from jaxstick.record import load_dataset, save_dataset
 from tests.fitting.blind.small import SETTINGS
 
 CHANGED = ("displacement", "friction")
@@ -101,6 +101,19 @@ def test_spikes_on_given_records(tmp_path):
     assert len(sizes) == 1
     with pytest.raises(UserError, match="no fault can be put on it"):
         make(tmp_path / "more", key, spike_on=[tmp_path])
+
+
+def test_no_fault_is_put_on_a_channel_that_was_not_recorded(tmp_path):
+    """Where there is no friction force, the displacement alone may be spiked."""
+    source = tmp_path / "motion-alone"
+    stated = load_dataset(RIG1987)
+    runs = tuple(replace(run, friction=None) for run in stated.runs)
+    save_dataset(replace(stated, runs=runs, noise=replace(stated.noise, friction=None)), source)
+    key = new_key()
+    assert make(tmp_path / "cases", key, count=6, spike_on=[source]).failed == {}
+    for answer in open_seal(tmp_path / "cases", key).answers.values():
+        (truth,) = answer["truth"]
+        assert truth == "none" or (truth.startswith("displacement_") and answer["gap_ratio"] > 1)
 
 
 def run_command(capsys, *words: str) -> tuple[int, str, str]:
