@@ -10,16 +10,18 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from fitting.diagnosis import contest as contesting
 from fitting.diagnosis.afresh import afresh, outright
-from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contest import Approach, contest
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.screen import Promise, screen
+from fitting.diagnosis.wander import START
 from fitting.progress import Silent
 from jaxstick.effects.asymmetric_friction import AsymmetricFriction
 from jaxstick.effects.force_hysteresis import ForceHysteresis
-from tests.fitting.diagnosis.grounded import UNEVEN, from_the_truth, laid_out, noisy_runs
+from tests.fitting.diagnosis.grounded import UNEVEN, from_the_truth, laid_out, noisy_runs, screened
 from tests.fitting.reference_data import TRUTH, dataset
 
 DRY = 0.2
@@ -97,3 +99,22 @@ def test_an_effect_that_shows_nothing_at_null_is_tried_outright():
     assert best.keys == (PLAY,)
     (width,) = model.values(best.refit.point.coordinates, [f"{PLAY}.width"]).values()
     assert width == pytest.approx(0.3 * TRUTH["C"], rel=0.1)
+
+
+def test_lanes_that_sit_out_the_contest_begin_where_its_winner_asks_them_to(monkeypatch: pytest.MonkeyPatch):
+    """Far closer to where they end than they are without the effect."""
+    model, bench, base, seen = screened(1.0, 0.01)
+    promise = next(promise for promise in seen.usual if promise.key == UNEVEN)
+    whole, begun = contesting._everywhere, []
+
+    def noted(model: Model, bench: Bench, own: np.ndarray, few: np.ndarray, point: Point) -> Point:
+        begun.append((own, few))
+        return whole(model, bench, own, few, point)
+
+    monkeypatch.setattr(contesting, "_everywhere", noted)
+    (found,) = contest(model, bench, base, [promise], 1, Silent(), wander=False)
+    ((own, few),) = begun
+    rest = np.setdiff1d(np.arange(len(bench.lanes)), few)
+    without, begins = (np.abs(found.refit.point.own - each)[rest, :START] for each in (base.point.own, own))
+    assert np.all(np.median(begins, axis=0) <= np.median(without, axis=0) / 3)
+    assert np.median(without[:, 0]) > 0
