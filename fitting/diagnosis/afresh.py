@@ -39,7 +39,7 @@ def afresh(
     Where no friction force was recorded, the motion alone tells the constants, and the lack of a strong
     effect may lead them so far astray that hardly any effect is of help there.
     """
-    few = _some(bench)
+    few = bench.spread(HEAT_LANES)
     heat, points = bench.take(few), []
     for constants in begins:
         coordinates = model.origin({})
@@ -68,7 +68,7 @@ def outright(
 ) -> list[Explanation]:
     """Those of the promises of the nominal model that have one sign refitted, the best of them to the end,
     from sizes that are no longer small: play, a stop or a clipped peak does next to nothing at null."""
-    few = _some(bench)
+    few = bench.spread(HEAT_LANES)
     heat, bare = bench.take(few), nominal.point.take(few)
     one_sided = [p for p in promises if not model.lower[model.index(*model.shelf.strengths[p.key])].any()]
     progress.stage("effects refitted outright", 1)
@@ -84,8 +84,3 @@ def outright(
     tried = heats(model, heat, starts, Silent(), wander=False)
     progress.advance()
     return final(model, bench, lambda _: nominal.point.own, few, tried, finalists, Silent())
-
-
-def _some(bench: Bench) -> np.ndarray:
-    count = len(bench.lanes)
-    return np.unique(np.linspace(0, count - 1, min(count, HEAT_LANES)).round().astype(int))

@@ -50,6 +50,10 @@ class Bench:
             phase=self.phase[index],
         )
 
+    def spread(self, lanes: int) -> np.ndarray:
+        """The indices of so many lanes, or of all where there are fewer, spread evenly."""
+        return np.unique(np.linspace(0, len(self.lanes) - 1, lanes).round().astype(int))
+
     def paced(self, substeps: int) -> Bench:
         """The bench with so many integration steps a sample."""
         return dataclasses.replace(self, lanes=dataclasses.replace(self.lanes, substeps=substeps))

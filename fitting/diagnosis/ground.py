@@ -72,10 +72,12 @@ def ground(
     progress.stage("nominal model", SEARCH + REFINED)
     bench = lay(problem, segments, phases, finest, samples, samples // LEAD)
     with model.ahead(bench.lanes, groups):
-        few = _some(shortest, FEW)
+        few = shortest.take(shortest.spread(FEW))
         rough = _fitted(model, few, list(begins), progress, iterations=SEARCH)
         others = other_stiffnesses(model, few, min(rough, key=lambda fit: fit.misfit))
-        found = _fitted(model, _some(shortest, MORE), [*_best(model, rough), *others], Silent())
+        found = _fitted(
+            model, shortest.take(shortest.spread(MORE)), [*_best(model, rough), *others], Silent()
+        )
         best = _best(model, found)
         bench = bench.paced(_steps(problem, UNITS, best, settings))
         fits = _fitted(model, bench, best, progress, iterations=REFINED, settle=True)
@@ -138,11 +140,6 @@ def _steps(problem: Problem, group: int, points: Sequence[np.ndarray], settings:
     """Integration steps a sample for segments of so many units and the stiffest contact of several points."""
     stiffest = max(problem.unknowns.values(coordinates)["k1"] for coordinates in points)
     return steps(problem, group, stiffest, settings)
-
-
-def _some(bench: Bench, lanes: int) -> Bench:
-    """So many lanes of a bench, spread evenly."""
-    return bench.take(np.unique(np.linspace(0, len(bench.lanes) - 1, lanes).round().astype(int)))
 
 
 def _best(model: Model, fits: Sequence[Refit]) -> list[np.ndarray]:

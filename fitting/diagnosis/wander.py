@@ -100,7 +100,7 @@ def likeliest(
     typical = float(np.median(share))
     settled = share < SETTLED * typical
     noise = float(np.mean(share[settled]))
-    found, price, levels = np.empty(OWN - START), 0.0, None
+    found, price, known = np.empty(OWN - START), 0.0, []
     for number in range(OWN - START):
         place = START + number
         rest = np.array([i for i in range(OWN) if i != place])
@@ -118,9 +118,8 @@ def likeliest(
         chosen = int(np.argmin(cost))
         found[number] = WIDTHS[chosen]
         price += float(np.sum(np.log1p(WIDTHS[chosen] ** 2 * information)))
-        levels = levels or Levels(best, noise / information, near)
-    assert levels is not None
-    return Likeliest(found, price, levels)
+        known.append(Levels(best, noise / information, near))
+    return Likeliest(found, price, known[0])
 
 
 def _near(values: np.ndarray, variance: np.ndarray) -> np.ndarray:
