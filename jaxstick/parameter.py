@@ -10,6 +10,7 @@ from typing import Any
 import equinox as eqx
 
 _KEY = "parameter"
+SPAN = (50.0, 50.0)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -20,8 +21,8 @@ class Parameter:
     `typical` is the size to be expected where it does, as a multiple of what its unit amounts to on the rig
     at hand: N the level of friction, m the stroke, s the natural period, their products and powers likewise.
     `tries` are values that it is likely to have on any rig, the mains' frequencies for one. `span`: a search
-    goes from the typical size over `span` to `span` times it. `by_run`: whether every run of a data set has
-    one of its own.
+    goes from the typical size over the first to the second times it. `by_run`: whether every run of a data
+    set has one of its own.
     """
 
     unit: str
@@ -31,7 +32,7 @@ class Parameter:
     null: float | None = None
     typical: float | None = None
     tries: tuple[float, ...] = ()
-    span: float = 50.0
+    span: tuple[float, float] = SPAN
     by_run: bool = False
 
 
@@ -58,7 +59,7 @@ def parameter(
     null: float | None = None,
     typical: float | None = None,
     tries: tuple[float, ...] = (),
-    span: float = 50.0,
+    span: tuple[float, float] = SPAN,
     by_run: bool = False,
     **field: Any,
 ) -> Any:

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from fitting.account import joined
 from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution, attribute
-from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.comparison import candidates, likeness
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.contest import Explanation
@@ -34,7 +33,6 @@ from fitting.diagnosis.shrink import (
     steadies,
     worsens,
 )
-from fitting.diagnosis.steadiness import steadier
 from fitting.diagnosis.turns import surveyed
 from fitting.diagnosis.words import advice, notes, refutation, sentence, steps_taken, wander_of
 from fitting.problem import Problem, pose
@@ -80,7 +78,7 @@ def diagnose(
     shrunk = closure(problem, model, base.bench, held, _fits(found, named), base.point.own, settings.seed)
     progress.advance()
     doubts: tuple[str, ...] = ()
-    if named is not None and (heir := _heir(found, named, shrunk, bench, held)):
+    if named is not None and (heir := _heir(found, named, shrunk, held)):
         doubts = (refutation(named.keys, shrunk),)
         found, named = dataclasses.replace(found, judgement=refuted(found.judgement, heir)), None
         shrunk = left_open(shrunk)
@@ -137,9 +135,9 @@ def _named(found: Attribution) -> Explanation | None:
     return next(e for e in found.explanations if set(e.keys) == wanted)
 
 
-def _heir(found: Attribution, named: Explanation, shrunk: Closure, bench: Bench, held: Split) -> str | None:
+def _heir(found: Attribution, named: Explanation, shrunk: Closure, held: Split) -> str | None:
     """What becomes likely in the place of what is named, where runs that took no part speak against it."""
-    steadied = steadier(found.nominal.levels, named.refit.levels, bench.run)
+    steadied = found.judgement.steadier[named.keys]
     if steadies(shrunk, steadied * len(held.held) / len(held.fitted)):
         return None
     if refutes(shrunk, gain(found.nominal, named.refit)):

@@ -103,12 +103,14 @@ class Account:
 class Judgement:
     """Probabilities of explanations (by their keys joined with +), of "none" and "unlisted"; those of single
     effects, a pair's shared between its two; the verdict and what it names: of "several" first the two that
-    act together, then what may act in the place of one of them."""
+    act together, then what may act in the place of one of them; and what it counted for an explanation that
+    friction is steadier under it."""
 
     explanations: Mapping[str, float]
     effects: Mapping[str, float]
     verdict: Verdict
     named: tuple[str, ...]
+    steadier: Mapping[tuple[str, ...], float]
 
 
 def judge(
@@ -166,8 +168,7 @@ def judge(
     for account in accounts:
         for key in account.keys:
             effects[key] += explanations["+".join(account.keys)] / len(account.keys)
-    verdict, named = verdict_of(explanations)
-    return Judgement(explanations, effects, verdict, named)
+    return Judgement(explanations, effects, *verdict_of(explanations), steady)
 
 
 def _steadier(accounts: Sequence[Account], most: float) -> dict[tuple[str, ...], float]:
@@ -186,9 +187,8 @@ def _steadier(accounts: Sequence[Account], most: float) -> dict[tuple[str, ...],
 def refuted(judgement: Judgement, heir: str = UNLISTED) -> Judgement:
     """The judgement once runs that took no part have spoken against the effects that it names: what was
     likely of effects is so of the heir, "unlisted" or "none", but for a tenth."""
-    explanations = _doubted(judgement.explanations, heir)
-    verdict, named = verdict_of(explanations)
-    return Judgement(explanations, _doubted(judgement.effects, heir), verdict, named)
+    explanations, effects = (_doubted(p, heir) for p in (judgement.explanations, judgement.effects))
+    return Judgement(explanations, effects, *verdict_of(explanations), judgement.steadier)
 
 
 def astray(judgement: Judgement) -> Judgement:
@@ -199,9 +199,8 @@ def astray(judgement: Judgement) -> Judgement:
     def moved(shares: Mapping[str, float]) -> dict[str, float]:
         return {**shares, NONE: shares[NONE] - rest, UNLISTED: shares[UNLISTED] + rest}
 
-    explanations = moved(judgement.explanations)
-    verdict, named = verdict_of(explanations)
-    return Judgement(explanations, moved(judgement.effects), verdict, named)
+    explanations, effects = moved(judgement.explanations), moved(judgement.effects)
+    return Judgement(explanations, effects, *verdict_of(explanations), judgement.steadier)
 
 
 def _doubted(shares: Mapping[str, float], heir: str) -> dict[str, float]:

@@ -357,7 +357,8 @@ def _effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Pr
         lower, upper = max(kind.lower, -reach), min(kind.upper, reach)
         return Unknown(name, kind.unit, lower, upper, "linear", scale, 0.0, freedom)
     typical = kind.typical * natural if kind.typical else float(place.of(effect))
-    lower, upper = max(kind.lower, typical / kind.span), min(kind.upper, typical * kind.span)
+    less, more = kind.span
+    lower, upper = max(kind.lower, typical / less), min(kind.upper, typical * more)
     centre = float(np.clip(typical, lower, upper))
     return Unknown(name, kind.unit, lower, upper, "log", 1.0, centre, SHAPE_FREEDOM * centre)
 

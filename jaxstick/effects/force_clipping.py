@@ -44,7 +44,7 @@ class ForceClipping(AbstractEffect):
         default=0.0,
     )
     level: Float[Array, ""] | float = parameter(
-        "N", "force up to which the channel is linear", lower=0.0, typical=0.9, span=2.5, default=6.0
+        "N", "force up to which the channel is linear", lower=0.0, typical=0.9, span=(2.5, 2.5), default=6.0
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
