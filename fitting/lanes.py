@@ -21,6 +21,7 @@ from jaxstick.hypothesis import Hypothesis
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parameter import find, replace
 from jaxstick.parts.drive import RecordedDrive
+from jaxstick.parts.track import Track
 from jaxstick.simulate import OpenGrid, Trajectory, march
 
 ROOMS = (32, 256, 2048)
@@ -42,7 +43,7 @@ class Lanes(eqx.Module):
     the prior of displacement, velocity and contact force at the first sample; `rest` [s], `impulse` [N s],
     `slid` and `recorded` [N] say for how long the mass has then been at rest, what the friction force has by
     then added up to, the sense in which the mass slid last (1, -1, 0: not known), and what the force channel
-    shows, smoothed over a few samples (not a number without that channel).
+    shows, smoothed over a few samples (not a number without that channel); `track`, where the mass has been.
     """
 
     rig_shift: Mapping[str, Lane]
@@ -59,6 +60,7 @@ class Lanes(eqx.Module):
     impulse: Lane
     slid: Lane
     recorded: Lane
+    track: Track
     substeps: int = eqx.field(static=True)
 
     def __len__(self) -> int:
@@ -118,7 +120,7 @@ def lane_motion(oscillator: Oscillator, lane: Lanes, start: Array, pace: Pace) -
     samples = lane.displacement.shape[-1]
     grid = OpenGrid(origin, interval, jnp.asarray(pace.substeps), jnp.asarray(pace.reach), samples)
     past = (jnp.asarray(past) for past in (lane.rest, lane.impulse, lane.slid, lane.recorded))
-    begin = Start(start[0], start[1], start[2], *past)
+    begin = Start(start[0], start[1], start[2], *past, track=lane.track)
     return march(oscillator, begin, grid)
 
 

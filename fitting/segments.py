@@ -10,9 +10,11 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from fitting.history import History
 from fitting.lanes import Lanes
-from fitting.signals import Signals, base_motion
+from fitting.signals import Signals, base_motion, natural_period
 from jaxstick.parts.drive import Extent, RecordedDrive
+from jaxstick.parts.track import Track
 from jaxstick.record import KnownRig
 
 KNOTS_A_PERIOD = 40
@@ -68,9 +70,10 @@ def lay_out(
         _extent(*(part[: len(signal.run.time) * refine] for part in pieces))
         for signal, pieces in zip(signals, splines, strict=True)
     ]
+    histories = [History.of(signal, natural_period(signal.run.rig)) for signal in signals]
     columns = [
-        _lane(signals[segment.run], segment, splines[segment.run], samples, refine, force_scale)
-        for segment in segments
+        _lane(signals[n], histories[n], segment, splines[n], samples, refine, force_scale)
+        for n, segment in ((segment.run, segment) for segment in segments)
     ]
     stacked = {name: np.stack([column[name] for column in columns]) for name in columns[0]}
     runs = [signals[segment.run].run for segment in segments]
@@ -100,6 +103,7 @@ def lay_out(
         impulse=stacked["impulse"],
         slid=stacked["slid"],
         recorded=stacked["recorded"],
+        track=Track(stacked["lags"], stacked["been"]),
         substeps=substeps,
     )
 
@@ -143,6 +147,7 @@ def _on_grid(spline: CubicSpline, knots: np.ndarray) -> np.ndarray:
 
 def _lane(
     signal: Signals,
+    history: History,
     segment: Segment,
     pieces: tuple[np.ndarray, np.ndarray],
     samples: int,
@@ -155,6 +160,7 @@ def _lane(
     piece = segment.first * refine + np.arange((samples - 1) * refine)
     piece = np.minimum(piece, len(pieces[0]) - 1)
     has_friction = run.friction is not None
+    lags, been = history.track(segment.first)
     friction_weight = counts / signal.friction_noise if signal.friction_noise else np.zeros(samples)
     start = [run.displacement[index[0]], signal.velocity[index[0]], signal.friction[index[0]]]
     deviation = [
@@ -177,4 +183,6 @@ def _lane(
         "impulse": signal.impulse[segment.first],
         "slid": signal.slid[segment.first],
         "recorded": signal.recorded[segment.first],
+        "lags": lags,
+        "been": been,
     }

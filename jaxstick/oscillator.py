@@ -17,6 +17,7 @@ from jaxstick.parts.instrument import AbstractInstrument, IdealInstrument, Past
 from jaxstick.parts.kept import kept
 from jaxstick.parts.motion import Motion, Scalar
 from jaxstick.parts.rig import AbstractRig
+from jaxstick.parts.track import Track
 
 PROBE = 1e-7
 """Time [s] over which the rate of the friction force is taken at the start of a motion."""
@@ -26,8 +27,8 @@ class Start(NamedTuple):
     """How a motion begins: displacement [m], velocity [m/s], friction force held by the contact [N], for how
     long the contact has been at rest [s]; and, where it is picked up in the middle of a record, the integral
     of the recorded friction force from the beginning of the run [N s], the sense in which the mass slid last
-    (1, -1, or 0 where it did not), and the friction force as it is recorded there [N], not a number where it
-    is not."""
+    (1, -1, or 0 where it did not), the friction force as it is recorded there [N], not a number where it is
+    not, and where the mass has been, None where that was not recorded."""
 
     displacement: Scalar = 0.0
     velocity: Scalar = 0.0
@@ -36,6 +37,7 @@ class Start(NamedTuple):
     impulse: Scalar = 0.0
     slid: Scalar = 0.0
     recorded: Scalar = math.nan
+    track: Track | None = None
 
 
 class State(NamedTuple):
@@ -94,12 +96,12 @@ class Oscillator(eqx.Module):
         """The state at time `t` [s] of a motion that begins as `start` says."""
         excitation = self.drive.at(t)
         motion = self.motion(t, excitation, start.displacement, start.velocity, 0.0)
-        motion = motion._replace(slid=start.slid)
+        motion = motion._replace(slid=start.slid, track=start.track)
         rig, law = self.rig.initial(motion), self.friction.initial(motion)
         approach = Approach(start.friction, motion.slide_rate, start.rest, start.slid)
         traction = self.traction(law, motion)
         friction, contact = self.contact.initial(approach, traction)
-        motion = motion._replace(a=(self.rig.force(rig, motion) + friction) / self.rig.inertia())
+        motion = motion._replace(track=None, a=(self.rig.force(rig, motion) + friction) / self.rig.inertia())
         rate = self._friction_rate(motion, self.rig.surface(excitation), rig, contact, traction)
         past = Past(rate, start.impulse, start.recorded)
         instrument = self.instrument.initial(motion, friction, past)

@@ -10,19 +10,16 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.ndimage import median_filter
 
+from fitting.cycle import cycle_of
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.wander import with_room
 from fitting.lanes import Lanes
 from fitting.problem import Problem
 from fitting.segments import Segment, lay_out
 from fitting.signals import Signals
-from jaxstick.formats.harmonic import fit_harmonic
-from jaxstick.record import Run
 
 REMNANT = 0.25
 """What is left of a run after its last whole segment and is shorter than this share of one goes with it."""
-PERIODIC = 0.98
-"""An excitation of which one sine has this share of the variance repeats itself."""
 LENGTHS = (48, 96, 192, 384, 768)
 """Numbers of samples in a lane, the one nearest to a natural period is taken."""
 MISREAD = 0.2
@@ -48,7 +45,7 @@ def cut_in_step(signals: Sequence[Signals], samples: int) -> tuple[list[Segment]
     segments, phases, known = [], [], 0
     for number, signal in enumerate(signals):
         run, total = signal.run, len(signal.run.time)
-        cycle = _cycle(run)
+        cycle = cycle_of(run)
         if cycle is None:
             count, length = 0, total / math.ceil(total / samples)
         else:
@@ -62,18 +59,6 @@ def cut_in_step(signals: Sequence[Signals], samples: int) -> tuple[list[Segment]
             phases += [known + index % count if whole else -1] * parts
         known += count
     return segments, phases
-
-
-def _cycle(run: Run) -> float | None:
-    """The number of samples in a cycle of a run's excitation; None where none is stated or seen."""
-    if run.frequency is not None:
-        return 1 / (run.frequency * run.interval)
-    for channel in (run.base, run.force):
-        if channel is not None and np.ptp(channel) > 0:
-            found = fit_harmonic(run.time, channel)
-            if found.amplitude**2 / 2 > PERIODIC * np.var(channel):
-                return 1 / (found.frequency * run.interval)
-    return None
 
 
 def divided(segment: Segment, parts: int) -> list[Segment]:

@@ -58,7 +58,8 @@ class SpringRelaxation(AbstractEffect):
 class _Relaxing(AbstractAddedForce):
     """Memory: w at the coming node [m], by the trapezoidal rule from the motion at the last one.
 
-    It starts from where a harmonic motion at the drive's angular frequency `rhythm` would have brought it.
+    It starts from where the recorded motion has brought it, and that from where a harmonic motion at the
+    drive's angular frequency `rhythm` would have; this one alone where no motion was recorded.
     """
 
     inner: AbstractRig
@@ -67,7 +68,13 @@ class _Relaxing(AbstractAddedForce):
     rhythm: Scalar
 
     def begin(self, motion: Motion) -> Any:
-        return (motion.x - self.time * motion.v) / (1 + (self.rhythm * self.time) ** 2)
+        if motion.track is None:
+            return self._in_rhythm(motion.x, motion.v)
+        return motion.track.followed(self.time, self._in_rhythm(*motion.track.oldest()))
+
+    def _in_rhythm(self, x: Scalar, v: Scalar) -> Scalar:
+        """Where w is in a harmonic motion."""
+        return (x - self.time * v) / (1 + (self.rhythm * self.time) ** 2)
 
     def carry(self, memory: Scalar, motion: Motion, step: Scalar) -> Any:
         half = step / (2 * self.time)

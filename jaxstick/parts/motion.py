@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 from jaxtyping import Array, Float
 
+from jaxstick.parts.track import Track
+
 Scalar = Float[Array, ""] | float
 
 
@@ -14,9 +16,9 @@ class Motion(NamedTuple):
 
     t time [s]; x, v, a displacement, velocity and acceleration of the mass [m, m/s, m/s^2]; y, y_rate,
     y_acceleration those of the base; u applied force [N]; slide displacement of the mass over the surface it
-    rubs on [m], slide_rate its rate [m/s]; direction the sense in which the contact is loaded, +1 or -1;
-    slid, at the beginning alone, the sense in which the mass slid last, 0 where it did not or that is not
-    known.
+    rubs on [m], slide_rate its rate [m/s]; direction the sense in which the contact is loaded, +1 or -1.
+    At the beginning alone: slid, the sense in which the mass slid last, 0 where it did not or that is not
+    known; track, where it has been, None where that is not known.
     """
 
     t: Scalar
@@ -31,3 +33,4 @@ class Motion(NamedTuple):
     slide_rate: Scalar
     direction: Scalar
     slid: Scalar = 0.0
+    track: Track | None = None

@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy import signal
 
 from jaxstick.hypothesis import effects_at_null
 from jaxstick.nominal import nominal
@@ -21,6 +22,7 @@ from jaxstick.parts.drive import SineDrive
 from jaxstick.parts.friction import ExponentialFriction
 from jaxstick.parts.motion import Motion
 from jaxstick.parts.rig import AbstractRig, Rig
+from jaxstick.parts.track import Track
 from jaxstick.simulate import Grid, march, simulate
 from tests.jaxstick.rig1987_runs import RIG, constants
 
@@ -110,6 +112,37 @@ def test_a_relaxing_branch_begins_where_a_harmonic_motion_has_brought_it() -> No
     rig = with_effect(oscillator, "spring_relaxation", stiffness=stiffness, time=time).rig
     first, settled = (work_over_a_cycle(rig, 0.01, omega, cycles) for cycles in (1, 8))
     assert first == pytest.approx(settled, rel=1e-3)
+
+
+def test_a_relaxing_branch_picked_up_in_a_record_begins_where_the_motion_has_brought_it() -> None:
+    """Of a motion that no single sine describes; from a start at rest, and in full swing."""
+    time, stiffness = 0.8, 50.0
+    rig = with_effect(SMOOTH, "spring_relaxation", stiffness=stiffness, time=time).rig
+    lags = np.linspace(0.0, 20.0, 40001)
+    t = 21.0 - lags
+    x = 0.01 * np.sin(2 * np.pi * 0.5 * t) ** 3 + 0.004 * np.sign(np.sin(2 * np.pi * 0.125 * t))
+    w = signal.lfilter([1 - np.exp(-5e-4 / time)], [1, -np.exp(-5e-4 / time)], x[::-1] - x[-1])[-1] + x[-1]
+    here = Motion(21.0, x[0], *(0.0,) * 8, direction=1.0)
+    bare = float(SMOOTH.rig.force(SMOOTH.rig.initial(here), here))
+    for part in (slice(None), slice(0, 24001)):
+        start = here._replace(track=Track(jnp.asarray(lags[part]), jnp.asarray(x[part])))
+        held = float(rig.force(rig.initial(start), here)) - bare
+        assert held == pytest.approx(-stiffness * (x[0] - w), rel=2e-3)
+
+
+def test_what_follows_a_track_is_exact_on_straight_lines_and_differentiable() -> None:
+    """w of a ramp lags by its rate times time; the slope in time is that of central differences."""
+    track = Track(jnp.array([0.0, 0.3, 0.5, 2.0]), 5.0 - 1.5 * jnp.array([0.0, 0.3, 0.5, 2.0]))
+    assert float(track.followed(0.1, 2.0)) == pytest.approx(5.0 - 1.5 * 0.1, abs=1e-8)
+    assert float(track.followed(1e4, 2.0)) == pytest.approx(2.0 + 1.5 * 2.0**2 / 2 / 1e4, abs=1e-6)
+
+    def followed(time: Any) -> Any:
+        return track.followed(time, 2.5)
+
+    slope = (float(followed(0.7001)) - float(followed(0.6999))) / 2e-4
+    assert float(jax.grad(followed)(0.7)) == pytest.approx(slope, rel=1e-6)
+    assert float(jax.jvp(followed, (0.7,), (1.0,))[1]) == pytest.approx(slope, rel=1e-6)
+    assert np.all(np.isfinite([jax.grad(followed)(time) for time in (1e-6, 1e6)]))
 
 
 def test_a_rubbing_guide_takes_equal_steps_off_the_swing() -> None:

@@ -1,0 +1,23 @@
+"""The cycle of a run's excitation."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jaxstick.formats.harmonic import fit_harmonic
+from jaxstick.record import Run
+
+PERIODIC = 0.98
+"""An excitation of which one sine has this share of the variance repeats itself."""
+
+
+def cycle_of(run: Run) -> float | None:
+    """The number of samples in a cycle of a run's excitation; None where none is stated or seen."""
+    if run.frequency is not None:
+        return 1 / (run.frequency * run.interval)
+    for channel in (run.base, run.force):
+        if channel is not None and np.ptp(channel) > 0:
+            found = fit_harmonic(run.time, channel)
+            if found.amplitude**2 / 2 > PERIODIC * np.var(channel):
+                return 1 / (found.frequency * run.interval)
+    return None

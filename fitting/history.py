@@ -1,0 +1,62 @@
+"""Where the mass has been before a segment of a run: read off the record, and beyond its beginning from the
+cycles that the motion repeats, or at rest where it repeats none."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from fitting.cycle import cycle_of
+from fitting.signals import Signals
+from jaxstick.record import Run
+
+POINTS = 96
+CYCLES = 4
+"""So many cycles are looked back upon, or natural periods, where the excitation has none."""
+STRETCH = 3.0
+"""Points lie closer together near the start, by about exp(3)."""
+REPEATED = 0.2
+"""A motion repeats itself where it changes by less than this share of itself from cycle to cycle."""
+
+
+@dataclasses.dataclass(frozen=True)
+class History:
+    """The displacement of a run, and of the time before it: how far it is looked back upon [s], and the cycle
+    in which it repeats itself [s], None where it does not."""
+
+    run: Run
+    span: float
+    cycle: float | None
+
+    @classmethod
+    def of(cls, signal: Signals, period: float | None) -> History:
+        """That of a run; `period` is the natural one [s], None for a rig without springs."""
+        run = signal.run
+        samples = cycle_of(run)
+        cycle = None if samples is None else samples * run.interval
+        length = float(run.time[-1] - run.time[0])
+        span = CYCLES * (cycle or period or length / CYCLES)
+        return cls(run, span, cycle if samples is not None and _repeats(run.displacement, samples) else None)
+
+    def track(self, sample: int) -> tuple[np.ndarray, np.ndarray]:
+        """Times before a sample [s], from none on, and the displacement there [m]."""
+        run = self.run
+        growing = np.sinh(STRETCH * np.linspace(0, 1, POINTS)) / math.sinh(STRETCH)
+        lags = self.span * growing
+        times = run.time[sample] - lags
+        if self.cycle is not None:
+            cycles = np.ceil((run.time[0] - times) / self.cycle - 1e-9)
+            times = times + self.cycle * np.maximum(cycles, 0)
+        return lags, np.interp(times, run.time, run.displacement)
+
+
+def _repeats(displacement: np.ndarray, cycle: float) -> bool:
+    """Whether the first cycle of a motion comes again, as far as the record goes; it holds at least one."""
+    later = np.arange(math.ceil(cycle), min(len(displacement), math.floor(2 * cycle)))
+    if len(displacement) < cycle:
+        return False
+    change = displacement[later] - np.interp(later - cycle, np.arange(len(displacement)), displacement)
+    changed = np.std(change) + abs(np.mean(change)) if len(later) else 0.0
+    return bool(changed < REPEATED * np.std(displacement))
