@@ -94,9 +94,11 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "fitting.unknowns",
     ),
     (
+        "fitting.cycle",
         "fitting.lanes",
         "fitting.signals",
     ),
+    ("fitting.history",),
     (
         "fitting.cuts",
         "fitting.opening",
