@@ -16,7 +16,7 @@ from fitting.diagnosis.detection import limits
 from fitting.diagnosis.estimates import estimates
 from fitting.diagnosis.findings import Closure, Diagnosis, Trace
 from fitting.diagnosis.ground import Ground, ground, resolved
-from fitting.diagnosis.judge import NONE, UNLISTED, refuted
+from fitting.diagnosis.judge import NONE, UNLISTED, Judgement, refuted, weighed_again
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.other_contact import beside_a_pair
@@ -78,10 +78,15 @@ def diagnose(
     shrunk = closure(problem, model, base.bench, held, _fits(found, named), base.point.own, settings.seed)
     progress.advance()
     doubts: tuple[str, ...] = ()
-    if named is not None and (heir := _heir(found, named, shrunk, held)):
-        doubts = (refutation(named.keys, shrunk),)
-        found, named = dataclasses.replace(found, judgement=refuted(found.judgement, heir)), None
-        shrunk = left_open(shrunk)
+    if named is not None:
+        found = dataclasses.replace(found, judgement=_confirmed(found, named, shrunk))
+        first, named = named, _named(found)
+        if named is None:
+            doubts = (refutation(first.keys, shrunk),)
+            shrunk = left_open(shrunk)
+        elif named is not first:
+            fits = _fits(found, named)
+            shrunk = closure(problem, model, base.bench, held, fits, base.point.own, settings.seed)
     before, after = _finally(model, base, held, found, named)
     progress.advance()
     seen_before, seen_after = (see(model, base.bench, fit.point) for fit in (before, after))
@@ -135,14 +140,14 @@ def _named(found: Attribution) -> Explanation | None:
     return next(e for e in found.explanations if set(e.keys) == wanted)
 
 
-def _heir(found: Attribution, named: Explanation, shrunk: Closure, held: Split) -> str | None:
-    """What becomes likely in the place of what is named, where runs that took no part speak against it."""
-    steadied = found.judgement.steadier[named.keys]
-    if steadies(shrunk, steadied * len(held.held) / len(held.fitted)):
-        return None
+def _confirmed(found: Attribution, named: Explanation, shrunk: Closure) -> Judgement:
+    """The judgement once runs that took no part have spoken for or against what is named."""
+    judgement = weighed_again(found.judgement, named.keys, shrunk.steadier)
+    if not judgement.named or steadies(shrunk, judgement.steadier[named.keys]):
+        return judgement
     if refutes(shrunk, gain(found.nominal, named.refit)):
-        return UNLISTED
-    return NONE if found.shows_no_gap and worsens(shrunk) else None
+        return refuted(judgement, UNLISTED)
+    return refuted(judgement, NONE) if found.shows_no_gap and worsens(shrunk) else judgement
 
 
 def _fits(found: Attribution, named: Explanation | None) -> dict[str, Refit]:

@@ -123,7 +123,8 @@ class Closure:
     the assumed constants; closed = (before - after)/(before - floor) with its 95 % interval; placebo: the
     same share for an effect of no meaning; wrong: for the best effect that was not named; gain: the mean
     logarithm of how many times less a segment costs with the named effects, which few segments do not decide;
-    steadier: the logarithm of how much likelier they make the levels of friction from segment to segment.
+    steadier: the logarithm of how much likelier they make the levels of friction from segment to segment,
+    negative where these are less likely with them.
     """
 
     before: float

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -103,8 +103,8 @@ class Account:
 class Judgement:
     """Probabilities of explanations (by their keys joined with +), of "none" and "unlisted"; those of single
     effects, a pair's shared between its two; the verdict and what it names: of "several" first the two that
-    act together, then what may act in the place of one of them; and what it counted for an explanation that
-    friction is steadier under it."""
+    act together, then what may act in the place of one of them; and what it counted for an explanation, by
+    its effects, that friction is steadier under it, for none of the shelf by ()."""
 
     explanations: Mapping[str, float]
     effects: Mapping[str, float]
@@ -140,11 +140,11 @@ def judge(
     unlisted = UNLISTED_FLOOR + UNLISTED_SHARE * max(nominal - UNLISTED_FLOOR, 0.0)
     names = [NONE, UNLISTED]
     steady = _steadier(accounts, NEARLY_BEST * best)
-    as_steady = (1 - UNLISTED_SHARE) * max(steady.values(), default=0.0)
     anything = Account((), unlisted, UNLISTED_PARAMETERS)
+    steady[anything.keys] = (1 - UNLISTED_SHARE) * max(steady.values(), default=0.0)
     logs = [
         weight(nominal, 0, PRIOR[NONE]) - 0.5 * (excess / FLOOR) ** 2,
-        weight(unlisted, anything.price(pieces) - as_steady, PRIOR[UNLISTED]),
+        weight(unlisted, anything.price(pieces) - steady[anything.keys], PRIOR[UNLISTED]),
     ]
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
     alone = min((account.misfit for account in accounts if len(account.keys) == 1), default=nominal)
@@ -164,24 +164,51 @@ def judge(
     share = np.exp(np.array(logs) - max(logs))
     share = (1 - DOUBT) * share / share.sum() + DOUBT / len(share)
     explanations = dict(zip(names, share.tolist(), strict=True))
-    effects = {NONE: explanations[NONE], UNLISTED: explanations[UNLISTED], **dict.fromkeys(shelf, 0.0)}
-    for account in accounts:
-        for key in account.keys:
-            effects[key] += explanations["+".join(account.keys)] / len(account.keys)
+    effects = _by_effect(explanations, [NONE, UNLISTED, *shelf])
     return Judgement(explanations, effects, *verdict_of(explanations), steady)
+
+
+def _by_effect(explanations: Mapping[str, float], names: Iterable[str]) -> dict[str, float]:
+    """The probability of every name, that of two effects shared between them."""
+    effects = dict.fromkeys(names, 0.0)
+    for explanation, p in explanations.items():
+        keys = explanation.split("+")
+        for key in keys:
+            effects[key] += p / len(keys)
+    return effects
 
 
 def _steadier(accounts: Sequence[Account], most: float) -> dict[tuple[str, ...], float]:
     """What steadier friction is worth to every account: nothing where it leaves more than `most`, for what is
-    left bends levels; and to two effects no more than to the better of them alone."""
+    left bends levels; to two effects no more than to the better of them alone; and to an effect that leaves
+    more, as much as to two of which it is one, for that does not tell it from them."""
     alone = {account.keys[0]: account.steadier for account in accounts if len(account.keys) == 1}
+    near = {
+        account.keys: min(account.steadier, max(alone.get(key, 0.0) for key in account.keys))
+        for account in accounts
+        if account.misfit <= most
+    }
+    part = {
+        (key,): min(steadier, max((near[keys] for keys in near if key in keys), default=0.0))
+        for key, steadier in alone.items()
+    }
+    return {account.keys: 0.0 for account in accounts} | part | near
 
-    def worth(account: Account) -> float:
-        if account.misfit > most:
-            return 0.0
-        return min(account.steadier, max(alone.get(key, 0.0) for key in account.keys))
 
-    return {account.keys: worth(account) for account in accounts}
+def weighed_again(judgement: Judgement, keys: tuple[str, ...], steadier: float) -> Judgement:
+    """The judgement once runs that took no part have said by how much steadier an explanation makes friction
+    there (logarithm of a likelihood ratio). What all were credited with for that is at most doubled or taken
+    back, in the same proportion."""
+    own = judgement.steadier[keys]
+    proportion = float(np.clip(steadier / own, -1.0, 1.0)) if own > 0 else 0.0
+    rest = DOUBT / len(judgement.explanations)
+    weights = {name: max(p - rest, 0.0) for name, p in judgement.explanations.items()}
+    for credited, worth in judgement.steadier.items():
+        weights["+".join(credited) or UNLISTED] *= math.exp(proportion * worth)
+    whole = sum(weights.values())
+    explanations = {name: rest + (1 - DOUBT) * weight / whole for name, weight in weights.items()}
+    effects = _by_effect(explanations, judgement.effects)
+    return Judgement(explanations, effects, *verdict_of(explanations), judgement.steadier)
 
 
 def refuted(judgement: Judgement, heir: str = UNLISTED) -> Judgement:

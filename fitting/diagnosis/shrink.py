@@ -139,10 +139,10 @@ def refutes(shrunk: Closure, gained: float) -> bool:
     return stays_open and shrunk.gain < CARRIES_OVER * gained
 
 
-def steadies(shrunk: Closure, expected: float) -> bool:
-    """Whether friction keeps stiller with what is named on what took no part as well, about as much as is
-    `expected` from what was fitted: an effect that would be taken for wandering closes no gap."""
-    return expected > NOTABLE_STEADINESS and shrunk.steadier > CARRIES_OVER * expected
+def steadies(shrunk: Closure, steadied: float) -> bool:
+    """Whether what is named is so since friction keeps stiller with it, in what was fitted (`steadied`) and
+    all in all: an effect that would be taken for wandering closes no gap."""
+    return min(steadied, steadied + shrunk.steadier) > NOTABLE_STEADINESS
 
 
 def worsens(shrunk: Closure) -> bool:

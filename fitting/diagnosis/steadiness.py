@@ -37,12 +37,12 @@ class Levels(NamedTuple):
 
 
 def steadier(before: Levels, after: Levels, run: np.ndarray) -> float:
-    """By how much likelier levels are once an effect has been let in than before (a logarithm, 0 at least).
+    """By how much likelier levels are once an effect has been let in than before (a logarithm; negative where
+    they are less likely).
 
     `run` says which run a lane belongs to, in the order of time. Lanes count and levels are known as before.
     """
-    gain = _likelihood(after.best, before, run) - _likelihood(before.best, before, run)
-    return max(gain, 0.0)
+    return _likelihood(after.best, before, run) - _likelihood(before.best, before, run)
 
 
 def _likelihood(levels: np.ndarray, known: Levels, run: np.ndarray) -> float:

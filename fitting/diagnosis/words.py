@@ -22,6 +22,8 @@ from fitting.problem import Problem
 WEAK = 3.0
 NOTABLE_WANDER, STILLER = 0.5, 0.6
 """Friction that wanders by more than this many percent; and by less than this share of that."""
+SAME_GAP = 0.01
+"""Gaps that differ by less than this share of them are the same."""
 MUCH = 1.0
 """Friction that wanders by more than so many percent is part of the verdict."""
 
@@ -62,6 +64,11 @@ def sentence(model: Model, judgement: Judgement, shrunk: Closure, where: Where, 
 def refutation(named: Sequence[str], shrunk: Closure) -> str:
     """Why what explains the fitted records best is not named."""
     held = "segments" if shrunk.by_segments else "runs"
+    if shrunk.steadier < 0 and abs(shrunk.after - shrunk.before) < SAME_GAP * shrunk.before:
+        return (
+            f"{' with '.join(named)} makes friction steadier from segment to segment in the {held} that were "
+            "fitted, but not in those that took no part, and closes no gap: that may be chance."
+        )
     return (
         f"{' with '.join(named)} explains the {held} that were fitted best, but on those that took no part "
         f"the gap is {shrunk.after:.3g} times the noise with it and {shrunk.before:.3g} without: "

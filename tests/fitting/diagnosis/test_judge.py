@@ -21,6 +21,7 @@ from fitting.diagnosis.judge import (
     refuted,
     suffices,
     verdict_of,
+    weighed_again,
 )
 
 SHELF = [f"effect_{n}" for n in range(36)]
@@ -87,6 +88,37 @@ def test_steady_friction_is_no_evidence_for_what_leaves_far_more_than_another():
     bent = dataclasses.replace(account(1, 4.0), steadier=40.0)
     found = judge(9.0, [account(0, 1.01), bent, account(2, 8.5)], SAMPLES, 1.5, SHELF)
     assert (found.verdict, found.named) == ("effect", (SHELF[0],))
+
+
+def test_steady_friction_does_not_tell_two_effects_from_one_of_them():
+    """Where the two just belong to what leaves next to the least, and the one no more."""
+    alone, spoilt = (dataclasses.replace(account(0, m), steadier=55.0) for m in (2.2, 19.0))
+    pairs = [
+        dataclasses.replace(Account((SHELF[0], SHELF[n]), m, 3), steadier=54.0)
+        for n, m in ((1, 1.94), (2, 2.08))
+    ]
+    found = judge(273.0, [alone, *pairs, account(1, 9.9)], SAMPLES, 4.6, SHELF)
+    assert (found.verdict, found.named) == ("effect", (SHELF[0],))
+    assert found.steadier[alone.keys] == 54.0
+    assert judge(273.0, [spoilt, *pairs, account(1, 9.9)], SAMPLES, 4.6, SHELF).verdict == "several"
+
+
+def test_what_took_no_part_takes_back_or_confirms_that_friction_is_steadier():
+    """No more than there was to take back, from all alike; what rests on something else stays as it is."""
+    drift = dataclasses.replace(account(0, 1.05), steadier=6.5)
+    other = dataclasses.replace(account(1, 1.05), steadier=3.0)
+    found = judge(1.06, [drift, other, account(2, 1.045)], SAMPLES, 160.0, SHELF)
+    assert found.named == (SHELF[0],)
+    again = weighed_again(found, drift.keys, -9.0)
+    assert again.verdict == "none"
+    plain = [account(0, 1.05), account(1, 1.05), account(2, 1.045)]
+    assert again.effects == pytest.approx(judge(1.06, plain, SAMPLES, 160.0, SHELF).effects, abs=1e-9)
+    assert weighed_again(found, drift.keys, 2.0).effects[SHELF[0]] > found.effects[SHELF[0]]
+    for judgement in (again, found):
+        assert sum(judgement.effects.values()) == pytest.approx(1.0)
+        assert sum(judgement.explanations.values()) == pytest.approx(1.0)
+    clear = judge(9.0, [account(0, 1.01), account(1, 4.0)], SAMPLES, 1.5, SHELF)
+    assert weighed_again(clear, clear.named, -30.0).effects == pytest.approx(clear.effects)
 
 
 def test_what_is_off_the_shelf_may_make_friction_as_steady():

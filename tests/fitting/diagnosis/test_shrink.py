@@ -85,7 +85,8 @@ def test_with_nothing_named_nothing_closes():
 
 
 @pytest.mark.parametrize(
-    ("steadier", "expected", "stiller"), [(6.0, 8.0, True), (3.0, 8.0, False), (1.5, 1.5, False)]
+    ("steadier", "steadied", "stiller"),
+    [(6.0, 8.0, True), (0.5, 8.0, True), (-7.0, 8.0, False), (6.0, 1.5, False)],
 )
-def test_friction_that_keeps_stiller_does_so_on_what_took_no_part(steadier, expected, stiller):
-    assert steadies(dataclasses.replace(CLOSED, steadier=steadier), expected) is stiller
+def test_friction_that_keeps_stiller_does_so_all_in_all(steadier, steadied, stiller):
+    assert steadies(dataclasses.replace(CLOSED, steadier=steadier), steadied) is stiller

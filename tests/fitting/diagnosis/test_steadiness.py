@@ -55,9 +55,9 @@ def test_a_drift_that_is_read_into_wandering_is_hardly_worth_anything(length: fl
     assert np.sum(np.array(worth) > 4.0) <= 4
 
 
-def test_what_makes_friction_wander_more_is_worth_nothing():
+def test_what_makes_friction_wander_more_speaks_against_itself():
     quiet = levels(white(2))
-    assert steadier(quiet, levels(quiet.best + wandering(3, 4.0)), RUN) == 0.0
+    assert steadier(quiet, levels(quiet.best + wandering(3, 4.0)), RUN) < -20
 
 
 def test_lanes_that_do_not_count_and_levels_of_whole_runs_say_nothing():
@@ -75,4 +75,4 @@ def test_a_level_that_is_no_number_is_far_off():
     before = DRIFT * LANE + white(5)
     after = before - DRIFT * LANE
     broken = np.where(np.arange(len(RUN)) == 3, np.nan, after)
-    assert 0 <= steadier(levels(before), levels(broken), RUN) < steadier(levels(before), levels(after), RUN)
+    assert steadier(levels(before), levels(broken), RUN) < steadier(levels(before), levels(after), RUN)
