@@ -19,7 +19,7 @@ from fitting.diagnosis.ground import Ground, ground, resolved
 from fitting.diagnosis.judge import NONE, UNLISTED, Judgement, refuted, weighed_again
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.other_contact import beside_a_pair
+from fitting.diagnosis.other_contact import beside_a_pair, in_place_of_one_of_two
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.settings import DiagnosisSettings
@@ -72,6 +72,8 @@ def diagnose(
     found = attribute(chosen.model, bench, seen, progress)
     if chosen.words is None and found.asks_for_a_contact:
         chosen, found = beside_a_pair(chosen, bench, found, held, progress)
+    if chosen.words is None:
+        chosen, found = in_place_of_one_of_two(chosen, bench, found, held, progress)
     problem, model, base = chosen.problem, chosen.model, chosen.ground
     named = _named(found)
     progress.stage("how far the gap shrinks", 3)

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from fitting.diagnosis.attribute import Attribution, on_another_contact
 from fitting.diagnosis.bench import Bench
-from fitting.diagnosis.contacts import Chosen, choose_contact
+from fitting.diagnosis.contacts import Chosen, choose_contact, concerns_contact
 from fitting.diagnosis.shrink import Split
 from fitting.diagnosis.survey import Survey, survey
 from fitting.progress import Progress
 
+SAME = 1.03
+"""One effect on another contact takes the place of two that leave hardly less: so much do misfits differ by
+chance."""
 BESIDE = 2
 """With so many of the best explanations other contacts are tried, besides with the nominal model."""
 
@@ -31,6 +34,24 @@ def beside_single_effects(
         floor = min(seen.floor, again.floor)
         explains = again.least - floor < other.preferred * (seen.least - floor)
     return (other, again) if explains else (paper, seen)
+
+
+def in_place_of_one_of_two(
+    paper: Chosen, bench: Bench, found: Attribution, held: Split, progress: Progress
+) -> tuple[Chosen, Attribution]:
+    """Where one of the two effects that explain the records best changes the contact: the contact on which
+    the other one alone explains them as well; the paper's where there is none."""
+    model, best = paper.model, found.explanations[0]
+    others = [key for key in best.keys if not concerns_contact(model, [key])]
+    alone = [e.refit for e in found.explanations if e.keys in {(key,) for key in others}]
+    if len(best.keys) != 2 or len(others) != 1 or not alone:
+        return paper, found
+    other = choose_contact(paper, bench, held.fitted, alone, found.floor, progress)
+    if other.words is None:
+        return paper, found
+    again = on_another_contact(model, bench, found, other.model)
+    left = min(e.refit.misfit for e in again.explanations if e.keys == (others[0],))
+    return (other, again) if left < SAME * best.refit.misfit else (paper, found)
 
 
 def beside_a_pair(
