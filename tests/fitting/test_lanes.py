@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from fitting.lanes import FEWEST, ROOMS, SAMPLES, Lanes, Misfit
 from fitting.problem import Problem, pose
 from fitting.segments import Segment, lay_out
 from fitting.settings import Settings
+from jaxstick.hypothesis import Hypothesis, effects_at_null
 from jaxstick.parts.drive import SineDrive
 from tests.fitting.reference_data import TRUTH, dataset, own_run
 
@@ -82,6 +85,28 @@ def test_the_gradient_is_that_of_the_cost(problem, misfit, truth):
     cost = misfit.linearise(many, moved[:, : len(truth)], moved[:, len(truth) :]).cost
     ahead, behind = np.split(cost, 2)
     np.testing.assert_allclose((ahead - behind) / (4 * np.diag(steps)), gradient, rtol=1e-4)
+
+
+def test_a_lane_remembers_where_the_mass_has_been():
+    """A spring that relaxes, picked up in the middle of a record: told that the mass had kept still before,
+    lanes end up elsewhere."""
+    relaxing = dataclasses.replace(
+        effects_at_null(("spring_relaxation",))["spring_relaxation"], stiffness=600.0, time=0.7
+    )
+    effects = {"spring_relaxation": relaxing}
+    run = own_run(SineDrive(1.5, 10.325e-3), samples=1000, effects=effects, file="run-0.csv")
+    problem = pose(dataset(run), Settings(workers=2))
+    misfit = Misfit(Hypothesis(problem.hypothesis.nominal, effects), problem.unknowns, workers=2)
+    known = [float(u.to_coordinate(TRUTH[u.name])) for u in problem.unknowns.members]
+    lanes = laid(problem, *((first, first + SHORT) for first in range(600, 1000 - SHORT, 23)))
+    still = np.broadcast_to(np.asarray(lanes.start)[:, :1], np.shape(lanes.track.displacement))
+    forgetful = dataclasses.replace(lanes, track=lanes.track._replace(displacement=still))
+
+    def error(lanes: Lanes) -> float:
+        displacement, _ = misfit.predict(lanes, each(lanes, np.array(known)), np.asarray(lanes.start))
+        return float(np.sqrt(np.mean((displacement - lanes.displacement) ** 2)))
+
+    assert error(lanes) < 0.05 * error(forgetful)
 
 
 def test_many_lanes_give_what_each_gives_alone(problem, misfit, truth):
