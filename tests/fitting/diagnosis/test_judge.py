@@ -264,7 +264,8 @@ def test_probabilities_add_up_and_are_never_certain(nominal, misfits, inflation,
     found = judge(nominal, accounts, samples, inflation, SHELF)
     for table in (found.explanations, found.effects):
         assert sum(table.values()) == pytest.approx(1.0, abs=1e-9)
-        assert all(0 <= p < 1 for p in table.values())
+        assert set(table) == {"none", "unlisted", *SHELF}
+        assert all(0 < p < 1 for p in table.values())
     assert found.verdict in ("none", "effect", "ambiguous", "unlisted")
 
 
