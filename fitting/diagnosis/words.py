@@ -16,12 +16,14 @@ from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.judge import Judgement, alternatives
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit
-from fitting.diagnosis.shrink import Split
+from fitting.diagnosis.shrink import NOTABLE_STEADINESS, Split
 from fitting.problem import Problem
 
 WEAK = 3.0
 NOTABLE_WANDER, STILLER = 0.5, 0.6
 """Friction that wanders by more than this many percent; and by less than this share of that."""
+LITTLE = 0.03
+"""A smaller share of the gap is nothing."""
 SAME_GAP = 0.01
 """Gaps that differ by less than this share of them are the same."""
 MUCH = 1.0
@@ -31,8 +33,6 @@ MUCH = 1.0
 def sentence(model: Model, judgement: Judgement, shrunk: Closure, where: Where, wander: float = 0.0) -> str:
     """The verdict in one sentence. `wander`: by how many percent friction wanders under the nominal model."""
     titles = [_title(model, key) for key in judgement.named]
-    held = "segments" if shrunk.by_segments else "runs"
-    closed = f"it closes {100 * shrunk.closed:.0f} % of the reducible gap on {held} that took no part"
     if judgement.verdict == "none":
         far = f", if friction may wander by {wander:.2g} % from segment to segment" if wander > MUCH else ""
         return (
@@ -45,25 +45,37 @@ def sentence(model: Model, judgement: Judgement, shrunk: Closure, where: Where, 
             f"No effect on the shelf explains the gap, which is {shrunk.before:.3g} times the noise; "
             f"it lies {share}."
         )
+    rest = f"{_share(shrunk, judgement)} of the reducible gap on {_held(shrunk)} that took no part"
     if judgement.verdict == "effect":
         p = judgement.effects[judgement.named[0]]
-        return f"The gap comes from {titles[0]}, with probability {p:.2f}; {closed}."
+        return f"The gap comes from {titles[0]}, with probability {p:.2f}; it closes {rest}."
     if judgement.verdict == "several":
-        together = closed.replace("it closes", "together they close")
         instead = "".join(
             f"; in the place of {other} these records would have {_title(model, key)} as well"
             for key, other in alternatives(judgement.explanations, judgement.named[:2]).items()
         )
-        return f"{' and '.join(titles[:2])} act together; {together}{instead}."
+        return f"{' and '.join(titles[:2])} act together; together they close {rest}{instead}."
     return (
-        f"These records cannot tell {', '.join(titles[:-1])} from {titles[-1]}; "
-        f"{closed.replace('it closes', 'the likeliest closes')}."
+        f"These records cannot tell {', '.join(titles[:-1])} from {titles[-1]}; the likeliest closes {rest}."
     )
+
+
+def _share(shrunk: Closure, judgement: Judgement) -> str:
+    """What is closed, and why nothing is where friction that may wander leaves nothing to be closed."""
+    if shrunk.closed > LITTLE:
+        return f"{100 * shrunk.closed:.0f} %"
+    named = judgement.named[:2] if judgement.verdict == "several" else judgement.named[:1]
+    hidden = judgement.steadier.get(tuple(named), 0.0) > NOTABLE_STEADINESS
+    return "nothing, since friction that may wander takes over what it does," if hidden else "nothing"
+
+
+def _held(shrunk: Closure) -> str:
+    return "segments" if shrunk.by_segments else "runs"
 
 
 def refutation(named: Sequence[str], shrunk: Closure) -> str:
     """Why what explains the fitted records best is not named."""
-    held = "segments" if shrunk.by_segments else "runs"
+    held = _held(shrunk)
     if shrunk.steadier < 0 and abs(shrunk.after - shrunk.before) < SAME_GAP * shrunk.before:
         return (
             f"{' with '.join(named)} makes friction steadier from segment to segment in the {held} that were "

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import types
 from typing import Any
 
 import pytest
 
 from fitting.diagnosis.judge import Judgement
-from fitting.diagnosis.words import sentence, stiller
+from fitting.diagnosis.words import refutation, sentence, stiller
 from jaxstick.catalogue import catalogue
 
 ONE, OTHER, ALIAS = "constant_force", "base_delay", "base_relative_damping"
@@ -42,3 +43,32 @@ def test_none_is_said_with_what_friction_has_to_do_for_it(diagnosis, wander, con
     said = sentence(model, judgement, diagnosis.closure, diagnosis.where, wander)
     assert said.startswith("The records agree with the simulator within their noise" + condition)
     assert ("wander" in said) == bool(condition)
+
+
+@pytest.mark.parametrize(
+    ("closed", "steadier", "said"),
+    [
+        (0.98, 9.0, "it closes 98 % of the reducible gap on runs that took no part"),
+        (-0.07, 9.0, "it closes nothing, since friction that may wander takes over what it does, of the "),
+        (-0.07, 0.0, "it closes nothing of the reducible gap on runs that took no part"),
+    ],
+)
+def test_what_closes_nothing_is_said_to_and_why(diagnosis, closed, steadier, said):
+    key = "friction_drift"
+    judgement = Judgement({key: 1.0}, {key: 1.0}, "effect", (key,), {(key,): steadier})
+    shrunk = dataclasses.replace(diagnosis.closure, closed=closed, steadier=1.0, by_segments=False)
+    model: Any = types.SimpleNamespace(shelf=types.SimpleNamespace(effects=catalogue()))
+    assert said in sentence(model, judgement, shrunk, diagnosis.where)
+
+
+@pytest.mark.parametrize(
+    ("after", "steadier", "said"),
+    [
+        (3.9, -2.0, "that may be chance"),
+        (3.9, 1.0, "it is not the cause"),
+        (5.0, -2.0, "it is not the cause"),
+    ],
+)
+def test_what_other_runs_do_not_confirm_is_said_why(diagnosis, after, steadier, said):
+    shrunk = dataclasses.replace(diagnosis.closure, before=3.91, after=after, steadier=steadier)
+    assert said in refutation(("friction_drift",), shrunk)
