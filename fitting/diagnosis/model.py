@@ -274,18 +274,18 @@ class Model:
         tasks = [(n, first) for n, job in enumerate(jobs) for first in range(0, len(job.lanes), PACK)]
         tasks.sort(key=lambda task: task[1])
         attached = {job.keys: self._attached(job.keys) for job in jobs}
-        lanes = [_with_room(job.lanes) for job in jobs]
 
         def run(task: tuple[int, int]) -> tuple[np.ndarray, ...]:
             number, first = task
-            job, room = jobs[number], lanes[number].displacement.shape[1]
+            job = jobs[number]
             hypothesis, chart, own = attached[job.keys]
             place = np.full(len(self.members) + 2, -1)
             place[own] = np.arange(len(own))
             count, reach = len(job.lanes), job.lanes.displacement.shape[1]
+            room = next(room for room in ROOMS if room >= reach)
             index = np.minimum(np.arange(first, first + PACK), count - 1)
             pack = Pack(
-                lanes[number].take(index),
+                job.lanes.take(index).filled(room),
                 job.lanes.pace(),
                 job.coordinates[np.ix_(index, own)],
                 job.own[index],
@@ -301,11 +301,6 @@ class Model:
         for (number, _), pack in zip(tasks, packs, strict=True):
             found[number].append(pack)
         return [[np.concatenate(parts) for parts in zip(*own, strict=True)] for own in found]
-
-
-def _with_room(lanes: Lanes) -> Lanes:
-    """The lanes as the program for lanes of their length takes them."""
-    return lanes.filled(next(room for room in ROOMS if room >= lanes.displacement.shape[1]))
 
 
 def _rig_unknowns(problem: Problem) -> list[Unknown]:
