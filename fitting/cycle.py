@@ -1,4 +1,4 @@
-"""The cycle of a run's excitation."""
+"""How long a cycle of a run's excitation is, be it a pure sine or nearly one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PERIODIC = 0.98
 """An excitation of which one sine has this share of the variance repeats itself."""
 
 
-def cycle_of(run: Run) -> float | None:
+def samples_a_cycle(run: Run) -> float | None:
     """The number of samples in a cycle of a run's excitation; None where none is stated or seen."""
     if run.frequency is not None:
         return 1 / (run.frequency * run.interval)

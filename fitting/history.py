@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from fitting.cycle import cycle_of
+from fitting.cycle import samples_a_cycle
 from fitting.signals import Signals
 from jaxstick.record import Run
 
@@ -34,7 +34,7 @@ class History:
     def of(cls, signal: Signals, period: float | None) -> History:
         """That of a run; `period` is the natural one [s], None for a rig without springs."""
         run = signal.run
-        samples = cycle_of(run)
+        samples = samples_a_cycle(run)
         cycle = None if samples is None else samples * run.interval
         length = float(run.time[-1] - run.time[0])
         span = CYCLES * (cycle or period or length / CYCLES)
@@ -54,9 +54,9 @@ class History:
 
 def _repeats(displacement: np.ndarray, cycle: float) -> bool:
     """Whether the first cycle of a motion comes again, as far as the record goes; it holds at least one."""
-    later = np.arange(math.ceil(cycle), min(len(displacement), math.floor(2 * cycle)))
     if len(displacement) < cycle:
         return False
+    later = np.arange(math.ceil(cycle), min(len(displacement), math.floor(2 * cycle)))
     change = displacement[later] - np.interp(later - cycle, np.arange(len(displacement)), displacement)
     changed = np.std(change) + abs(np.mean(change)) if len(later) else 0.0
     return bool(changed < REPEATED * np.std(displacement))

@@ -71,10 +71,8 @@ def lay_out(
         for signal, pieces in zip(signals, splines, strict=True)
     ]
     histories = [History.of(signal, natural_period(signal.run.rig)) for signal in signals]
-    columns = [
-        _lane(signals[n], histories[n], segment, splines[n], samples, refine, force_scale)
-        for n, segment in ((segment.run, segment) for segment in segments)
-    ]
+    known = list(zip(signals, histories, splines, strict=True))
+    columns = [_lane(*known[segment.run], segment, samples, refine, force_scale) for segment in segments]
     stacked = {name: np.stack([column[name] for column in columns]) for name in columns[0]}
     runs = [signals[segment.run].run for segment in segments]
     drive = RecordedDrive(
@@ -148,8 +146,8 @@ def _on_grid(spline: CubicSpline, knots: np.ndarray) -> np.ndarray:
 def _lane(
     signal: Signals,
     history: History,
-    segment: Segment,
     pieces: tuple[np.ndarray, np.ndarray],
+    segment: Segment,
     samples: int,
     refine: int,
     force_scale: float,

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.ndimage import median_filter
 
-from fitting.cycle import cycle_of
+from fitting.cycle import samples_a_cycle
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.wander import with_room
 from fitting.lanes import Lanes
@@ -45,7 +45,7 @@ def cut_in_step(signals: Sequence[Signals], samples: int) -> tuple[list[Segment]
     segments, phases, known = [], [], 0
     for number, signal in enumerate(signals):
         run, total = signal.run, len(signal.run.time)
-        cycle = cycle_of(run)
+        cycle = samples_a_cycle(run)
         if cycle is None:
             count, length = 0, total / math.ceil(total / samples)
         else:
