@@ -20,6 +20,8 @@ TRIES, LEAST_TRIES = 8, 48
 """So many scattered starts for every lane that is still lost, and at least so many together."""
 SCATTER = (0.02, 0.3, 1.0)
 """Standard deviations of displacement, velocity and force of the new starts, in units of their priors'."""
+WIDER = 3.0
+"""Every other new start lies so many times as far off: where a run begins, velocity is read off one side."""
 ITERATIONS = 5
 SUSPECT = 4.0
 MANY = 0.2
@@ -80,7 +82,8 @@ def _released(model: Model, bench: Bench, fit: Refit, seed: int, wander: bool) -
         begin = np.tile(np.asarray(bench.lanes.start)[left], (tries, 1, 1))
         deviation = np.asarray(bench.lanes.start_deviation)[left, :START]
         scatter = random.standard_normal((tries, len(left), START))
-        begin[:, :, :START] += np.array(SCATTER) * deviation * scatter
+        far = np.where(np.arange(tries) % 2 == 0, 1.0, WIDER)[:, None, None]
+        begin[:, :, :START] += far * np.array(SCATTER) * deviation * scatter
         tried(left, begin)
     if np.array_equal(own, fit.point.own):
         return fit
