@@ -12,7 +12,7 @@ from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.findings import Closure
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, misfit_of, refit
-from fitting.diagnosis.release import released
+from fitting.diagnosis.release import all_settled, released
 from fitting.diagnosis.repeatability import unrepeated
 from fitting.diagnosis.steadiness import steadier
 from fitting.problem import Problem
@@ -83,9 +83,9 @@ def closure(
     """The gap on the held-out lanes under several fits of the others: `fits` has those called nominal and
     named, and may have wrong and placebo.
 
-    Constants and effects stay as fitted; every lane's start and what every run has of its own, its level of
-    friction for one, are fitted anew. Friction may wander as far as it does under the named fit. The floor is
-    what does not repeat itself from cycle to cycle, the noise where nothing repeats.
+    Constants and effects stay as fitted; every lane's start, at first by itself, and what every run has of
+    its own, its level of friction for one, are fitted anew. Friction may wander as far as it does under the
+    named fit. The floor is what does not repeat itself from cycle to cycle, the noise where nothing repeats.
     """
     test, widths = bench.take(held.held), fits["named"].point.widths
     points = {
@@ -97,7 +97,8 @@ def closure(
         points["assumed"] = point
     frees = [fits[name].free if name in fits else np.zeros(0, int) for name in points]
     frees = [free[np.isin(free, model.by_run)] for free in frees]
-    fitted = refit(model, test, list(points.values()), frees, iterations=SETTLED, wander=False)
+    begin = all_settled(model, test, list(points.values()))
+    fitted = refit(model, test, begin, frees, iterations=SETTLED, wander=False)
     results = dict(zip(points, fitted, strict=True))
     compared = ("nominal", "named")
     again = model.side_by_side(lambda name: released(model, test, results[name], wander=False), compared)
