@@ -24,7 +24,10 @@ AHEAD = 48
 DEGREE, PIECE = 5, 8
 """Degree of the splines that smooth a base, and how many samples a piece has at least."""
 NOISE_EXCESS, EXACT = 1.1, 1e-6
-"""A base is met where no more than so many times its noise is left, or than this share of its range."""
+"""A base is met where no more than so many times its noise is left, or than this share of its range;"""
+WHITE_EXCESS, WHITE = 1.5, 0.2
+"""or so many times where neighbouring samples of what is left are less correlated than this: the noise of a
+short record is known to a tenth at best."""
 STILL = 0.02
 """A mass moves where its velocity is above this share of its top and 4 of its standard deviations;"""
 FAST = 0.3
@@ -154,10 +157,13 @@ def _smoothed(time: Samples, base: Samples) -> tuple[Samples, Samples]:
     """The base as the Fourier series of one sine, of a periodic motion up to order `ORDERS`, or as a quintic
     spline through the fewest equal pieces, whichever first leaves no more than the noise; the base itself
     where none does. And the base after the last sample, where it is a series."""
-    most = max(NOISE_EXCESS * estimate_noise(base), EXACT * float(np.ptp(base)))
+    noise, exact = estimate_noise(base), EXACT * float(np.ptp(base))
     for smooth in _smoother(time, base):
         within = smooth[: len(base)]
-        if math.sqrt(np.mean((base - within) ** 2)) < most:
+        left = base - within
+        size = math.sqrt(np.mean(left**2))
+        white = abs(np.sum(left[1:] * left[:-1])) < WHITE * np.sum(left**2)
+        if size < max((WHITE_EXCESS if white else NOISE_EXCESS) * noise, exact):
             return within, smooth[len(base) :]
     return base, np.zeros(0)
 

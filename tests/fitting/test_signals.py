@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fitting.signals import AHEAD, base_motion, read_signals
+from jaxstick.noise import estimate_noise
 from jaxstick.parts.drive import SineDrive
 from tests.fitting.reference_data import NOISE, noisy, own_run
 
@@ -70,6 +71,19 @@ def test_the_noise_of_a_recorded_base_does_not_shake_the_contact(motion: str):
     fast = np.fft.rfftfreq(len(TIME), 4e-3) > 15
     spectra = [np.abs(np.fft.rfft(part * np.hanning(len(TIME))))[fast] for part in (off, noise)]
     assert np.linalg.norm(spectra[0]) < np.linalg.norm(spectra[1]) / 20
+
+
+def test_a_base_is_smoothed_however_its_noise_is_misjudged():
+    """A short record tells it to a tenth; what is left of a sine that fits is as white as noise is."""
+    sine = MOTIONS["a sine seen for one cycle"]
+    plain = own_run(SineDrive(0.8, 1e-2), samples=1200)
+    misjudged = 0
+    for seed in range(60):
+        base = sine + BASE_NOISE * np.random.default_rng(seed).standard_normal(len(TIME))
+        misjudged += estimate_noise(base) < BASE_NOISE / 1.1
+        smooth = base_motion(dataclasses.replace(plain, base=base, time=TIME), TIME)[0]
+        assert np.std(smooth - sine) < BASE_NOISE / 5, seed
+    assert misjudged > 0
 
 
 def test_a_base_with_edges_is_left_as_it_was_recorded():
