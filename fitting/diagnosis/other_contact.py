@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from fitting.diagnosis.attribute import Attribution, on_another_contact
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import Chosen, choose_contact, concerns_contact
@@ -42,15 +44,18 @@ def in_place_of_one_of_two(
     """Where one of the two effects that explain the records best changes the contact: the contact on which
     the other one alone explains them as well; the paper's where there is none."""
     model, best = paper.model, found.explanations[0]
-    others = [key for key in best.keys if not concerns_contact(model, [key])]
-    alone = [e.refit for e in found.explanations if e.keys in {(key,) for key in others}]
+    others = tuple(key for key in best.keys if not concerns_contact(model, [key]))
+    alone = [e for e in found.explanations if e.keys == others]
     if len(best.keys) != 2 or len(others) != 1 or not alone:
         return paper, found
-    other = choose_contact(paper, bench, held.fitted, alone, found.floor, progress)
+    other = choose_contact(paper, bench, held.fitted, [alone[0].refit], found.floor, progress)
     if other.words is None:
         return paper, found
-    again = on_another_contact(model, bench, found, other.model)
-    left = min(e.refit.misfit for e in again.explanations if e.keys == (others[0],))
+    beside = [e for e in found.explanations if e.keys != others]
+    again = on_another_contact(
+        model, bench, dataclasses.replace(found, explanations=(alone[0], *beside)), other.model
+    )
+    left = min(e.refit.misfit for e in again.explanations if e.keys == others)
     return (other, again) if left < SAME * best.refit.misfit else (paper, found)
 
 
