@@ -16,7 +16,7 @@ from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.judge import Judgement, alternatives
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit
-from fitting.diagnosis.shrink import NOTABLE_STEADINESS, Split
+from fitting.diagnosis.shrink import LEAST_REDUCIBLE, NOTABLE_STEADINESS, Split
 from fitting.problem import Problem
 
 WEAK = 3.0
@@ -45,28 +45,33 @@ def sentence(model: Model, judgement: Judgement, shrunk: Closure, where: Where, 
             f"No effect on the shelf explains the gap, which is {shrunk.before:.3g} times the noise; "
             f"it lies {share}."
         )
-    rest = f"{_share(shrunk, judgement)} of the reducible gap on {_held(shrunk)} that took no part"
     if judgement.verdict == "effect":
         p = judgement.effects[judgement.named[0]]
-        return f"The gap comes from {titles[0]}, with probability {p:.2f}; it closes {rest}."
+        closes = _closing(shrunk, judgement, "it closes")
+        return f"The gap comes from {titles[0]}, with probability {p:.2f}; {closes}."
     if judgement.verdict == "several":
         instead = "".join(
             f"; in the place of {other} these records would have {_title(model, key)} as well"
             for key, other in alternatives(judgement.explanations, judgement.named[:2]).items()
         )
-        return f"{' and '.join(titles[:2])} act together; together they close {rest}{instead}."
-    return (
-        f"These records cannot tell {', '.join(titles[:-1])} from {titles[-1]}; the likeliest closes {rest}."
-    )
+        closes = _closing(shrunk, judgement, "together they close")
+        return f"{' and '.join(titles[:2])} act together; {closes}{instead}."
+    closes = _closing(shrunk, judgement, "the likeliest closes")
+    return f"These records cannot tell {', '.join(titles[:-1])} from {titles[-1]}; {closes}."
 
 
-def _share(shrunk: Closure, judgement: Judgement) -> str:
-    """What is closed, and why nothing is where friction that may wander leaves nothing to be closed."""
+def _closing(shrunk: Closure, judgement: Judgement, closes: str) -> str:
+    """How much is closed, or why nothing is: there may be nothing to close, where friction that may wander
+    takes over what an effect does to it."""
+    where = f"on {_held(shrunk)} that took no part"
     if shrunk.closed > LITTLE:
-        return f"{100 * shrunk.closed:.0f} %"
+        return f"{closes} {100 * shrunk.closed:.0f} % of the reducible gap {where}"
     named = judgement.named[:2] if judgement.verdict == "several" else judgement.named[:1]
     hidden = judgement.steadier.get(tuple(named), 0.0) > NOTABLE_STEADINESS
-    return "nothing, since friction that may wander takes over what it does," if hidden else "nothing"
+    why = ", since friction that may wander takes over what is missing" if hidden else ""
+    if shrunk.before - shrunk.floor < LEAST_REDUCIBLE:
+        return f"{where} there is no gap to be closed{why}"
+    return f"{closes} nothing of the gap {where}{why}"
 
 
 def _held(shrunk: Closure) -> str:

@@ -46,17 +46,20 @@ def test_none_is_said_with_what_friction_has_to_do_for_it(diagnosis, wander, con
 
 
 @pytest.mark.parametrize(
-    ("closed", "steadier", "said"),
+    ("closed", "before", "steadier", "said"),
     [
-        (0.98, 9.0, "it closes 98 % of the reducible gap on runs that took no part"),
-        (-0.07, 9.0, "it closes nothing, since friction that may wander takes over what it does, of the "),
-        (-0.07, 0.0, "it closes nothing of the reducible gap on runs that took no part"),
+        (0.98, 4.0, 9.0, "it closes 98 % of the reducible gap on runs that took no part."),
+        (-0.07, 1.5, 9.0, "it closes nothing of the gap on runs that took no part, since friction that may"),
+        (-0.07, 1.5, 0.0, "it closes nothing of the gap on runs that took no part."),
+        (0.0, 1.01, 9.0, "on runs that took no part there is no gap to be closed, since friction that may"),
+        (0.0, 1.01, 0.0, "on runs that took no part there is no gap to be closed."),
     ],
 )
-def test_what_closes_nothing_is_said_to_and_why(diagnosis, closed, steadier, said):
+def test_what_closes_nothing_is_said_to_and_why(diagnosis, closed, before, steadier, said):
     key = "friction_drift"
     judgement = Judgement({key: 1.0}, {key: 1.0}, "effect", (key,), {(key,): steadier})
     shrunk = dataclasses.replace(diagnosis.closure, closed=closed, steadier=1.0, by_segments=False)
+    shrunk = dataclasses.replace(shrunk, before=before, floor=1.0)
     model: Any = types.SimpleNamespace(shelf=types.SimpleNamespace(effects=catalogue()))
     assert said in sentence(model, judgement, shrunk, diagnosis.where)
 
