@@ -77,7 +77,7 @@ def diagnose(
     problem, model, base = chosen.problem, chosen.model, chosen.ground
     named = _named(found)
     progress.stage("how far the gap shrinks", 3)
-    shrunk = closure(problem, model, base.bench, held, _fits(found, named), base.point.own, settings.seed)
+    shrunk = _shrunk(chosen, held, found, named, settings.seed)
     progress.advance()
     doubts: tuple[str, ...] = ()
     if named is not None:
@@ -87,8 +87,7 @@ def diagnose(
             doubts = (refutation(first.keys, shrunk),)
             shrunk = left_open(shrunk)
         elif named is not first:
-            fits = _fits(found, named)
-            shrunk = closure(problem, model, base.bench, held, fits, base.point.own, settings.seed)
+            shrunk = _shrunk(chosen, held, found, named, settings.seed)
     before, after = _finally(model, base, held, found, named)
     progress.advance()
     seen_before, seen_after = (see(model, base.bench, fit.point) for fit in (before, after))
@@ -150,6 +149,12 @@ def _confirmed(found: Attribution, named: Explanation, shrunk: Closure) -> Judge
     if refutes(shrunk, gain(found.nominal, named.refit)):
         return refuted(judgement, UNLISTED)
     return refuted(judgement, NONE) if found.shows_no_gap and worsens(shrunk) else judgement
+
+
+def _shrunk(chosen: Chosen, held: Split, found: Attribution, named: Explanation | None, seed: int) -> Closure:
+    """How far the gap shrinks on what was held out."""
+    base, fits = chosen.ground, _fits(found, named)
+    return closure(chosen.problem, chosen.model, base.bench, held, fits, base.point.own, seed)
 
 
 def _fits(found: Attribution, named: Explanation | None) -> dict[str, Refit]:

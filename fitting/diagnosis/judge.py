@@ -167,18 +167,20 @@ def judge(
     share = np.exp(np.array(logs) - max(logs))
     share = (1 - DOUBT) * share / share.sum() + DOUBT / len(share)
     explanations = dict(zip(names, share.tolist(), strict=True))
-    effects = _by_effect(explanations, [NONE, UNLISTED, *shelf])
-    return Judgement(explanations, effects, *verdict_of(explanations), steady)
+    return _judged(explanations, [NONE, UNLISTED, *shelf], steady)
 
 
-def _by_effect(explanations: Mapping[str, float], names: Iterable[str]) -> dict[str, float]:
-    """The probability of every name, that of two effects shared between them."""
+def _judged(
+    explanations: Mapping[str, float], names: Iterable[str], steadier: Mapping[tuple[str, ...], float]
+) -> Judgement:
+    """The judgement that probabilities of explanations come to: those of all names, that of two effects
+    shared between them, and the verdict."""
     effects = dict.fromkeys(names, 0.0)
     for explanation, p in explanations.items():
         keys = explanation.split("+")
         for key in keys:
             effects[key] += p / len(keys)
-    return effects
+    return Judgement(explanations, effects, *verdict_of(explanations), steadier)
 
 
 def _steadier(accounts: Sequence[Account], most: float) -> dict[tuple[str, ...], float]:
@@ -210,33 +212,27 @@ def weighed_again(judgement: Judgement, keys: tuple[str, ...], steadier: float) 
         weights["+".join(credited) or UNLISTED] *= math.exp(proportion * worth)
     whole = sum(weights.values())
     explanations = {name: rest + (1 - DOUBT) * weight / whole for name, weight in weights.items()}
-    effects = _by_effect(explanations, judgement.effects)
-    return Judgement(explanations, effects, *verdict_of(explanations), judgement.steadier)
+    return _judged(explanations, judgement.effects, judgement.steadier)
 
 
 def refuted(judgement: Judgement, heir: str = UNLISTED) -> Judgement:
     """The judgement once runs that took no part have spoken against the effects that it names: what was
     likely of effects is so of the heir, "unlisted" or "none", but for a tenth."""
-    explanations, effects = (_doubted(p, heir) for p in (judgement.explanations, judgement.effects))
-    return Judgement(explanations, effects, *verdict_of(explanations), judgement.steadier)
+    explanations = {
+        name: p if name in (NONE, UNLISTED) else REFUTED * p for name, p in judgement.explanations.items()
+    }
+    explanations[heir] += 1 - sum(explanations.values())
+    return _judged(explanations, judgement.effects, judgement.steadier)
 
 
 def astray(judgement: Judgement) -> Judgement:
     """The judgement where segments go astray although the rest shows no gap: whatever acts in these, it is
     not nothing. What was likely of "none" is so of "unlisted", but for a tenth."""
-    rest = (1 - REFUTED) * judgement.explanations[NONE]
-
-    def moved(shares: Mapping[str, float]) -> dict[str, float]:
-        return {**shares, NONE: shares[NONE] - rest, UNLISTED: shares[UNLISTED] + rest}
-
-    explanations, effects = moved(judgement.explanations), moved(judgement.effects)
-    return Judgement(explanations, effects, *verdict_of(explanations), judgement.steadier)
-
-
-def _doubted(shares: Mapping[str, float], heir: str) -> dict[str, float]:
-    doubted = {name: p if name in (NONE, UNLISTED) else REFUTED * p for name, p in shares.items()}
-    doubted[heir] += 1 - sum(doubted.values())
-    return doubted
+    explanations = dict(judgement.explanations)
+    rest = (1 - REFUTED) * explanations[NONE]
+    explanations[NONE] -= rest
+    explanations[UNLISTED] += rest
+    return _judged(explanations, judgement.effects, judgement.steadier)
 
 
 def _levelled(

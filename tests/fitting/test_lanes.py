@@ -34,6 +34,10 @@ def misfit(problem: Problem) -> Misfit:
 @pytest.fixture(scope="module")
 def truth(problem: Problem) -> np.ndarray:
     """The true constants as coordinates."""
+    return true_coordinates(problem)
+
+
+def true_coordinates(problem: Problem) -> np.ndarray:
     members = problem.unknowns.members
     return np.array([float(unknown.to_coordinate(TRUTH[unknown.name])) for unknown in members])
 
@@ -97,13 +101,13 @@ def test_a_lane_remembers_where_the_mass_has_been():
     run = own_run(SineDrive(1.5, 10.325e-3), samples=1000, effects=effects, file="run-0.csv")
     problem = pose(dataset(run), Settings(workers=2))
     misfit = Misfit(Hypothesis(problem.hypothesis.nominal, effects), problem.unknowns, workers=2)
-    known = [float(u.to_coordinate(TRUTH[u.name])) for u in problem.unknowns.members]
+    known = true_coordinates(problem)
     lanes = laid(problem, *((first, first + SHORT) for first in range(600, 1000 - SHORT, 23)))
     still = np.broadcast_to(np.asarray(lanes.start)[:, :1], np.shape(lanes.track.displacement))
     forgetful = dataclasses.replace(lanes, track=lanes.track._replace(displacement=still))
 
     def error(lanes: Lanes) -> float:
-        displacement, _ = misfit.predict(lanes, each(lanes, np.array(known)), np.asarray(lanes.start))
+        displacement, _ = misfit.predict(lanes, each(lanes, known), np.asarray(lanes.start))
         return float(np.sqrt(np.mean((displacement - lanes.displacement) ** 2)))
 
     assert error(lanes) < 0.05 * error(forgetful)
