@@ -53,6 +53,12 @@ def aliases(key: str) -> tuple[str, ...]:
     return tuple(sorted({other for group in ALIASES if key in group for other in group} - {key}))
 
 
+def classes(key: str) -> tuple[frozenset[str], ...]:
+    """The classes that an effect is in; a wrong stiffness is in that of a wrong mass and in that of a wrong
+    stroke."""
+    return tuple(group for group in ALIASES if key in group)
+
+
 def may_be_paired(first: str, second: str) -> bool:
     """Whether two effects differ and neither can stand for the other."""
     return first != second and second not in aliases(first)

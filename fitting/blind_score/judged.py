@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from fitting.blind.menu import FAMILIES, aliases
+from fitting.blind.menu import FAMILIES, aliases, classes
 
 NONE, UNLISTED = "none", "unlisted"
 SINGLE, PAIR = "single", "pair"
@@ -127,8 +127,10 @@ class Judged:
         return bool(set(self.named) - self.same)
 
     def as_class(self) -> bool:
-        """Whether the truth is named together with all its exact aliases."""
-        return self.verdict == "ambiguous" and self.same <= set(self.named)
+        """Whether the truth is named together with all of a class of exact aliases that it is in."""
+        return self.verdict == "ambiguous" and any(
+            group <= set(self.named) for key in self.truth for group in classes(key)
+        )
 
     def alone(self) -> bool:
         """Whether one name of a class of exact aliases got the verdict, or more than 0.6, for itself."""

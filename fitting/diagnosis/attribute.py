@@ -23,6 +23,7 @@ from fitting.diagnosis.judge import (
     passes_for_noise,
 )
 from fitting.diagnosis.model import Model
+from fitting.diagnosis.one_class import classes
 from fitting.diagnosis.pairs import each_alone, in_place_of_either, pairs_beside, with_still_friction
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import borrowed, released
@@ -142,6 +143,10 @@ def _weighed(
         inflation,
         list(model.shelf.effects),
         aliases(model, first),
+        classes(
+            {key: effect.traces for key, effect in model.shelf.effects.items()},
+            {e.keys[0]: e.refit.misfit for e in found if len(e.keys) == 1},
+        ),
     )
     made = Attribution(nominal, tuple(found), first, judgement, inflation, floor, samples)
     return dataclasses.replace(made, judgement=astray(judgement)) if made.lost > LOST else made

@@ -20,6 +20,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 import numpy as np
 
 from fitting.diagnosis.findings import Verdict
+from fitting.diagnosis.one_class import shared
 
 MISSPECIFIED = 12.0
 """How many independent pieces of evidence are left where the best explanation leaves a misfit of 2."""
@@ -103,15 +104,24 @@ class Account:
 @dataclasses.dataclass(frozen=True)
 class Judgement:
     """Probabilities of explanations (by their keys joined with +), of "none" and "unlisted"; those of single
-    effects, a pair's shared between its two; the verdict and what it names: of "several" first the two that
-    act together, then what may act in the place of one of them; and what it counted for an explanation, by
-    its effects, that friction is steadier under it, for none of the shelf by ()."""
+    effects, a pair's shared between its two and a named one's with its class; the verdict and what it names:
+    of "several" first the two that act together, then what may act in the place of one of them; what it
+    counted for an explanation, by its effects, that friction is steadier under it, for none of the shelf by
+    (); and the classes, of every effect that has one the others in it."""
 
     explanations: Mapping[str, float]
     effects: Mapping[str, float]
     verdict: Verdict
     named: tuple[str, ...]
     steadier: Mapping[tuple[str, ...], float]
+    classes: Mapping[str, tuple[str, ...]]
+
+    @property
+    def one_class(self) -> tuple[str, ...]:
+        """What is named first with all that leaves the same trace; empty where nothing does or nothing is
+        named."""
+        others = self.classes.get(self.named[0], ()) if self.verdict == "ambiguous" else ()
+        return tuple(key for key in self.named if key == self.named[0] or key in others) if others else ()
 
 
 def judge(
@@ -121,12 +131,13 @@ def judge(
     inflation: float,
     shelf: Sequence[str],
     aliases: Mapping[str, Collection[str]] | None = None,
+    classes: Mapping[str, tuple[str, ...]] | None = None,
 ) -> Judgement:
     """The probabilities of all explanations.
 
     nominal: the misfit without any effect; samples: degrees of freedom; inflation: variance of scores by
     clusters over that of white residuals; shelf: all keys; aliases: effects that these records do not tell
-    from an effect.
+    from an effect; classes: those that no records do.
     """
     best = min([nominal, *(account.misfit for account in accounts)])
     pieces = pieces_of_evidence(best, samples, inflation)
@@ -167,20 +178,28 @@ def judge(
     share = np.exp(np.array(logs) - max(logs))
     share = (1 - DOUBT) * share / share.sum() + DOUBT / len(share)
     explanations = dict(zip(names, share.tolist(), strict=True))
-    return _judged(explanations, [NONE, UNLISTED, *shelf], steady)
+    return _judged(explanations, [NONE, UNLISTED, *shelf], steady, classes or {})
 
 
 def _judged(
-    explanations: Mapping[str, float], names: Iterable[str], steadier: Mapping[tuple[str, ...], float]
+    explanations: Mapping[str, float],
+    names: Iterable[str],
+    steadier: Mapping[tuple[str, ...], float],
+    classes: Mapping[str, tuple[str, ...]],
 ) -> Judgement:
     """The judgement that probabilities of explanations come to: those of all names, that of two effects
-    shared between them, and the verdict."""
+    shared between them, and the verdict, in which one effect stands for its class."""
     effects = dict.fromkeys(names, 0.0)
     for explanation, p in explanations.items():
         keys = explanation.split("+")
         for key in keys:
             effects[key] += p / len(keys)
-    return Judgement(explanations, effects, *verdict_of(explanations), steadier)
+    verdict, named = verdict_of(explanations)
+    if verdict in ("effect", "ambiguous") and (others := classes.get(named[0])):
+        effects = shared(effects, (named[0], *others))
+        ordered = sorted(others, key=lambda key: -effects[key])
+        verdict, named = "ambiguous", tuple(dict.fromkeys((named[0], *ordered, *named[1:])))
+    return Judgement(explanations, effects, verdict, named, steadier, classes)
 
 
 def _steadier(accounts: Sequence[Account], most: float) -> dict[tuple[str, ...], float]:
@@ -212,7 +231,7 @@ def weighed_again(judgement: Judgement, keys: tuple[str, ...], steadier: float) 
         weights["+".join(credited) or UNLISTED] *= math.exp(proportion * worth)
     whole = sum(weights.values())
     explanations = {name: rest + (1 - DOUBT) * weight / whole for name, weight in weights.items()}
-    return _judged(explanations, judgement.effects, judgement.steadier)
+    return _judged(explanations, judgement.effects, judgement.steadier, judgement.classes)
 
 
 def refuted(judgement: Judgement, heir: str = UNLISTED) -> Judgement:
@@ -222,7 +241,7 @@ def refuted(judgement: Judgement, heir: str = UNLISTED) -> Judgement:
         name: p if name in (NONE, UNLISTED) else REFUTED * p for name, p in judgement.explanations.items()
     }
     explanations[heir] += 1 - sum(explanations.values())
-    return _judged(explanations, judgement.effects, judgement.steadier)
+    return _judged(explanations, judgement.effects, judgement.steadier, judgement.classes)
 
 
 def astray(judgement: Judgement) -> Judgement:
@@ -232,7 +251,7 @@ def astray(judgement: Judgement) -> Judgement:
     rest = (1 - REFUTED) * explanations[NONE]
     explanations[NONE] -= rest
     explanations[UNLISTED] += rest
-    return _judged(explanations, judgement.effects, judgement.steadier)
+    return _judged(explanations, judgement.effects, judgement.steadier, judgement.classes)
 
 
 def _levelled(

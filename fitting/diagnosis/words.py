@@ -93,6 +93,10 @@ def refutation(named: Sequence[str], shrunk: Closure) -> str:
     )
 
 
+def _listed(keys: Sequence[str]) -> str:
+    return f"{', '.join(keys[:-1])} and {keys[-1]}"
+
+
 def _title(model: Model, key: str) -> str:
     title = model.shelf.effects[key].card.title
     return f"{key} ({title[0].lower()}{title[1:]})"
@@ -109,6 +113,9 @@ def advice(problem: Problem, model: Model, found: Attribution, bench: Bench) -> 
         return None
     if judgement.verdict in ("effect", "several"):
         return model.shelf.effects[judgement.named[0]].card.remedy
+    if judgement.one_class:
+        remedies = dict.fromkeys(model.shelf.effects[key].card.remedy for key in judgement.one_class[:2])
+        return f"No record of the motion tells {_listed(judgement.one_class)} apart. {' '.join(remedies)}"
     singles = [e for e in found.explanations if len(e.keys) == 1]
     if len(singles) < 2:
         return None
@@ -158,6 +165,11 @@ def notes(
         out.append(
             "Too few runs to hold any out: the shrinking was measured on every third stretch of the runs "
             "that were fitted, so nothing is said about other frequencies."
+        )
+    if same := found.judgement.one_class:
+        out.append(
+            f"{_listed(same)} leave the same trace in any record of the motion: they are answered together. "
+            "What is stated of the rig, and nothing that was recorded, makes the first the likeliest."
         )
     out += of_every_run(contact.model, problem.chosen[0].run.file, found.judgement.named)
     if named is not None:

@@ -275,3 +275,27 @@ def test_correlated_and_biased_residuals_are_fewer_pieces_of_evidence():
     assert pieces_of_evidence(1.0, SAMPLES, 20.0) == pytest.approx(SAMPLES / 20)
     assert pieces_of_evidence(1.3, SAMPLES, 2.0) < clean / 50
     assert math.isfinite(pieces_of_evidence(1e6, SAMPLES, 2.0))
+
+
+def test_effects_that_no_record_tells_apart_are_answered_together():
+    """However clearly what is stated of the rig speaks for one of them."""
+    classes = {SHELF[0]: (SHELF[3], SHELF[4])}
+    found = judge(9.0, [account(0, 1.01), account(3, 5.0)], SAMPLES, 1.5, SHELF, classes=classes)
+    alone = judge(9.0, [account(0, 1.01), account(3, 5.0)], SAMPLES, 1.5, SHELF)
+    assert alone.verdict == "effect" and alone.one_class == ()
+    assert found.verdict == "ambiguous" and found.named == (SHELF[0], SHELF[3], SHELF[4])
+    assert found.one_class == found.named
+    assert found.effects[SHELF[0]] <= 0.6 and min(found.effects[key] for key in found.named) > 0.1
+    assert sum(found.effects.values()) == pytest.approx(1.0)
+    named = sum(found.effects[key] for key in found.named)
+    assert named == pytest.approx(sum(alone.effects[key] for key in found.named))
+    none = judge(1.0, [account(0, 0.9998)], SAMPLES, 1.0, SHELF, classes=classes)
+    assert none.verdict == "none" and none.named == none.one_class == ()
+
+
+def test_a_class_is_not_outweighed_for_being_shared():
+    """Three names of one cause count as that one against "unlisted"."""
+    classes = {SHELF[0]: (SHELF[3], SHELF[4])}
+    close = [account(0, 2.1), account(1, 6.0)]
+    assert judge(9.0, close, SAMPLES, 1.5, SHELF).verdict == "effect"
+    assert judge(9.0, close, SAMPLES, 1.5, SHELF, classes=classes).verdict == "ambiguous"

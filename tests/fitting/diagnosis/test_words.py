@@ -21,7 +21,7 @@ def test_what_may_act_in_the_place_of_one_of_two_is_said(diagnosis, likely):
     model = types.SimpleNamespace(shelf=types.SimpleNamespace(effects=catalogue()))
     explanations = {f"{ONE}+{OTHER}": 0.5, f"{ALIAS}+{ONE}": likely, ALIAS: 0.05, "none": 0.0}
     named = (ONE, OTHER, ALIAS) if likely > 0.4 else (ONE, OTHER)
-    judgement = Judgement(explanations, {}, "several", named, {})
+    judgement = Judgement(explanations, {}, "several", named, {}, {})
     said = sentence(model, judgement, diagnosis.closure, diagnosis.where)  # pyright: ignore[reportArgumentType]
     assert said.startswith(f"{ONE} (") and f" and {OTHER} (" in said and "act together" in said
     assert (f"in the place of {OTHER} these records would have {ALIAS} (" in said) == (likely > 0.4)
@@ -39,7 +39,7 @@ def test_wandering_that_takes_over_an_effect_is_said():
 @pytest.mark.parametrize(("wander", "condition"), [(0.2, ""), (5.1, ", if friction may wander by 5.1 %")])
 def test_none_is_said_with_what_friction_has_to_do_for_it(diagnosis, wander, condition):
     model: Any = None
-    judgement = Judgement({"none": 1.0}, {}, "none", (), {})
+    judgement = Judgement({"none": 1.0}, {}, "none", (), {}, {})
     said = sentence(model, judgement, diagnosis.closure, diagnosis.where, wander)
     assert said.startswith("The records agree with the simulator within their noise" + condition)
     assert ("wander" in said) == bool(condition)
@@ -57,7 +57,7 @@ def test_none_is_said_with_what_friction_has_to_do_for_it(diagnosis, wander, con
 )
 def test_what_closes_nothing_is_said_to_and_why(diagnosis, closed, before, steadier, said):
     key = "friction_drift"
-    judgement = Judgement({key: 1.0}, {key: 1.0}, "effect", (key,), {(key,): steadier})
+    judgement = Judgement({key: 1.0}, {key: 1.0}, "effect", (key,), {(key,): steadier}, {})
     shrunk = dataclasses.replace(diagnosis.closure, closed=closed, steadier=1.0, by_segments=False)
     shrunk = dataclasses.replace(shrunk, before=before, floor=1.0)
     model: Any = types.SimpleNamespace(shelf=types.SimpleNamespace(effects=catalogue()))
