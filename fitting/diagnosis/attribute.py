@@ -40,8 +40,9 @@ CARRIED = 8
 """So many explanations are fitted once more under a contact that the best of them asks for."""
 LOST = 0.05
 """No more than this share of the lanes is lost where nothing acts."""
-PIECES_A_LANE = 1.0
-"""So many independent pieces of evidence has a lane in which scatter outweighs the noise."""
+PIECES_A_LANE, PIECES_FREED = 1.0, 5.0
+"""So many independent pieces of evidence has a lane in which scatter outweighs the noise, and so many where
+the displacement is freed of it."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -155,7 +156,7 @@ def _weighed(
 def _inflation(bench: Bench, seen: Screen) -> float:
     """By how much scores vary more than white residuals say; friction that scatters does so in step for a
     good part of a lane, and may for more than one."""
-    pieces = PIECES_A_LANE * len(bench.lanes)
+    pieces = (PIECES_A_LANE if bench.whitener is None else PIECES_FREED) * len(bench.lanes)
     return max(seen.inflation, float(bench.dof().sum()) / pieces if bench.scatters else 1.0)
 
 

@@ -21,7 +21,9 @@ class Bench:
     samples, 2): 1, less where a sample is weighed down, 0 where it does not count; phase: a number for every
     lane, the same for lanes that begin at the same phase of the excitation in cycles of the same run, -1
     where no other does; wanders: whether friction may differ from lane to lane; scatters: whether residuals
-    are weighed by what does not repeat itself from cycle to cycle, rather than by the noise of the sensors.
+    are weighed by what does not repeat itself from cycle to cycle, rather than by the noise of the sensors;
+    whitener: matrices (lanes, rows, rows) that take residuals of displacement, then friction, to such as do
+    not vary in step, None where they do not do so as they are.
     """
 
     lanes: Lanes
@@ -31,6 +33,7 @@ class Bench:
     phase: np.ndarray
     wanders: bool
     scatters: bool = False
+    whitener: np.ndarray | None = None
 
     def dof(self) -> np.ndarray:
         """What noise alone costs every lane: its residuals that count, less the three of its start."""
@@ -48,6 +51,7 @@ class Bench:
             run=self.run[index],
             share=self.share[index],
             phase=self.phase[index],
+            whitener=None if self.whitener is None else self.whitener[index],
         )
 
     def spread(self, lanes: int) -> np.ndarray:

@@ -76,7 +76,8 @@ class Job(NamedTuple):
     """Lanes to be linearised with some effects attached.
 
     coordinates (lanes, all); own (lanes, 5); chosen (lanes, `COLUMNS`), the numbers of the unknowns that
-    each lane is differentiated by, -1 for none.
+    each lane is differentiated by, -1 for none. whitener: `Bench.whitener` of these lanes, or of as many as
+    they are several times.
     """
 
     keys: tuple[str, ...]
@@ -84,6 +85,7 @@ class Job(NamedTuple):
     coordinates: np.ndarray
     own: np.ndarray
     chosen: np.ndarray
+    whitener: np.ndarray | None = None
 
 
 Rows = Callable[[int, int], Sequence[np.ndarray]]
@@ -218,7 +220,8 @@ class Model:
             read = np.concatenate([samples, room + samples, _LAST])
             return read, read, samples
 
-        return [Columns(*parts) for parts in self._in_packs(columns, jobs, rows)]
+        found = self._in_packs(columns, jobs, rows)
+        return [_whitened(Columns(*parts), job.whitener) for job, parts in zip(jobs, found, strict=True)]
 
     def predict(
         self, keys: tuple[str, ...], lanes: Lanes, coordinates: np.ndarray, own: np.ndarray
@@ -301,6 +304,21 @@ class Model:
         for (number, _), pack in zip(tasks, packs, strict=True):
             found[number].append(pack)
         return [[np.concatenate(parts) for parts in zip(*own, strict=True)] for own in found]
+
+
+def _whitened(columns: Columns, whitener: np.ndarray | None) -> Columns:
+    """The columns with their residuals of displacement and friction mixed as the whitener says."""
+    if whitener is None:
+        return columns
+    lanes, rows = whitener.shape[:2]
+
+    def mixed(values: np.ndarray) -> np.ndarray:
+        out = values.copy()
+        several = values[:, :rows].reshape(-1, lanes, rows, *values.shape[2:] or (1,))
+        out[:, :rows] = (whitener @ several).reshape(values[:, :rows].shape)
+        return out
+
+    return columns._replace(residual=mixed(columns.residual), jacobian=mixed(columns.jacobian))
 
 
 def _rig_unknowns(problem: Problem) -> list[Unknown]:

@@ -180,7 +180,8 @@ def job(model: Model, bench: Bench, point: Point, chosen: np.ndarray | None = No
     """The linearisation of a bench at a point, by what each lane has of its own and the chosen unknowns."""
     if chosen is None:
         chosen = np.full((len(bench.lanes), COLUMNS), -1)
-    return Job(point.keys, allowed(bench.lanes, point.widths), point.each(model, bench), point.own, chosen)
+    lanes = allowed(bench.lanes, point.widths)
+    return Job(point.keys, lanes, point.each(model, bench), point.own, chosen, bench.whitener)
 
 
 def _evaluate(
@@ -201,6 +202,7 @@ def _evaluate(
             np.concatenate([points[n].each(model, bench) for n in numbers]),
             np.concatenate([points[n].own for n in numbers]),
             np.concatenate([searches[n].chosen for n in numbers]),
+            bench.whitener,
         )
         for keys, numbers in together.items()
     ]

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.linked import whitener
 from fitting.diagnosis.model import Columns, Model
 from fitting.diagnosis.phases import phases_of
 from fitting.diagnosis.refit import job, misfit_of
@@ -22,14 +23,23 @@ from fitting.diagnosis.wander import OWN
 
 AROUND = 7
 """So many samples."""
+LINKED = 1.3
+"""Where the displacement, freed of what the friction force says, scatters by more than this many times as much, it is
+not friction that moves it."""
+
+
+Variances = dict[str, tuple[float, float]]
+"""Mean squares of displacement and friction by phase of the motion, in units of the noise, 1 at least."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Scatter:
     """The mean square of what does not repeat itself, in units of the noise, 1 at least: of displacement and
-    friction, by phase of the motion. `period`: the natural one [s]."""
+    friction, by phase of the motion; and what is left of it where the displacement is freed of what friction
+    that scatters does to it, None where that leaves no less. `period`: the natural one [s]."""
 
-    variances: dict[str, tuple[float, float]]
+    variances: Variances
+    left: Variances | None
     period: float
 
     def most(self) -> tuple[float, float]:
@@ -41,40 +51,74 @@ class Scatter:
     def of(cls, model: Model, bench: Bench, point: Point, period: float) -> Scatter:
         """That of a bench whose motion a hypothesis describes, good or bad: what it lacks repeats itself. A
         phase that is too rare to tell scatters as its channel does."""
-        first, second = successive(bench.phase)
-        (columns,) = model.columns([job(model, bench, point)])
-        squares, noise = differences(bench, columns.residual[:, :-OWN], first, second)
-
-        def variance(channel: int, mask: np.ndarray, otherwise: float) -> float:
-            own = mask[first] & mask[second]
-            expected = np.where(own, noise[:, channel], 0.0).sum(1)
-            enough = expected > 1
-            if enough.sum() < FEWEST:
-                return otherwise
-            cost = np.where(own, squares[:, channel], 0.0).sum(1)
-            return max(misfit_of(cost[enough], expected[enough]), 1.0)
-
-        every = np.ones(bench.share.shape[:2], bool)
-        whole = [variance(channel, every, 1.0) for channel in (0, 1)]
-        return cls(
-            {
-                name: (variance(0, mask, whole[0]), variance(1, mask, whole[1]))
-                for name, mask in _phases(bench, columns, period).items()
-            },
-            period,
-        )
+        raw = cls(_unrepeated(model, bench, point, period), None, period)
+        linked = raw._linked(model, bench, point)
+        if linked is None:
+            return raw
+        left = _unrepeated(model, linked, point, period)
+        whole, before = (max(pair[0] for pair in each.values()) for each in (left, raw.variances))
+        return dataclasses.replace(raw, left=left) if whole < LINKED * before else raw
 
     def evened(self, model: Model, bench: Bench, point: Point) -> Bench:
-        """A bench, whose motion the point describes, with its residuals in units of noise and scatter; for
-        some samples around, what scatters most counts, since phases do not begin on the sample."""
+        """A bench, whose motion the point describes, with its residuals in units of noise and scatter."""
+        deviation = self._deviation(model, bench, point, self.variances)
+        displacement, friction = np.moveaxis(bench.lanes.weights() / deviation, 2, 0)
+        lanes = dataclasses.replace(bench.lanes, displacement_weight=displacement, friction_weight=friction)
+        mixing = None
+        if self.left is not None and (linked := self._linked(model, bench, point)) is not None:
+            assert linked.whitener is not None
+            still = self._deviation(model, bench, point, self.left)
+            rows, columns = (_in_rows(each) for each in (1 / still, deviation))
+            mixing = rows[:, :, None] * linked.whitener * columns[:, None, :]
+        return dataclasses.replace(bench, lanes=lanes, scatters=True, whitener=mixing)
+
+    def _linked(self, model: Model, bench: Bench, point: Point) -> Bench | None:
+        """The bench with its residuals freed of what friction that scatters so does to the displacement."""
+        weights, root = bench.lanes.weights()[:, :, 1], np.sqrt(bench.share[:, :, 1])
+        if not (weights > 0).any():
+            return None
+        noise = np.where(weights > 0, root / np.where(weights > 0, weights, 1.0), 0.0)
+        noise = np.where(weights > 0, noise, np.median(noise[weights > 0]))
+        times = self._deviation(model, bench, point, self.variances)[:, :, 1]
+        scatter = noise * np.sqrt(times**2 - 1)
+        matrices = whitener(model, bench, point, scatter, self.period)
+        return None if matrices is None else dataclasses.replace(bench, whitener=matrices)
+
+    def _deviation(self, model: Model, bench: Bench, point: Point, variances: Variances) -> np.ndarray:
+        """Standard deviations (lanes, samples, 2) by phase of the motion; for some samples around, what
+        scatters most counts, since phases do not begin on the sample."""
         (columns,) = model.columns([job(model, bench, point)])
         variance = np.ones(bench.share.shape)
         for name, mask in _phases(bench, columns, self.period).items():
-            variance[mask] = self.variances[name]
-        deviation = np.sqrt(maximum_filter1d(variance, AROUND, axis=1, mode="nearest"))
-        displacement, friction = np.moveaxis(bench.lanes.weights() / deviation, 2, 0)
-        lanes = dataclasses.replace(bench.lanes, displacement_weight=displacement, friction_weight=friction)
-        return dataclasses.replace(bench, lanes=lanes, scatters=True)
+            variance[mask] = variances[name]
+        return np.sqrt(maximum_filter1d(variance, AROUND, axis=1, mode="nearest"))
+
+
+def _unrepeated(model: Model, bench: Bench, point: Point, period: float) -> Variances:
+    first, second = successive(bench.phase)
+    (columns,) = model.columns([job(model, bench, point)])
+    squares, noise = differences(bench, columns.residual[:, :-OWN], first, second)
+
+    def variance(channel: int, mask: np.ndarray, otherwise: float) -> float:
+        own = mask[first] & mask[second]
+        expected = np.where(own, noise[:, channel], 0.0).sum(1)
+        enough = expected > 1
+        if enough.sum() < FEWEST:
+            return otherwise
+        cost = np.where(own, squares[:, channel], 0.0).sum(1)
+        return max(misfit_of(cost[enough], expected[enough]), 1.0)
+
+    every = np.ones(bench.share.shape[:2], bool)
+    whole = [variance(channel, every, 1.0) for channel in (0, 1)]
+    return {
+        name: (variance(0, mask, whole[0]), variance(1, mask, whole[1]))
+        for name, mask in _phases(bench, columns, period).items()
+    }
+
+
+def _in_rows(values: np.ndarray) -> np.ndarray:
+    """Values (lanes, samples, 2) in the order of residuals (lanes, rows)."""
+    return values.transpose(0, 2, 1).reshape(len(values), -1)
 
 
 def _phases(bench: Bench, columns: Columns, period: float) -> dict[str, np.ndarray]:

@@ -253,7 +253,7 @@ def _templates(
             each[:, model.by_run] = at.point.by_run[np.tile(bench.run, len(points))]
             attached = model.together(at.point.keys, *group)
             own, chosen = at.point.own[every], np.tile(chosen, (len(every), 1))
-            jobs.append(Job(attached, lanes.take(every), each, own, chosen))
+            jobs.append(Job(attached, lanes.take(every), each, own, chosen, bench.whitener))
             asked.append(few)
     base, *others = model.columns(jobs)
     project = Projection(base)

@@ -1,0 +1,87 @@
+"""Friction that scatters moves the mass: what it does to the displacement is known from the force.
+
+Whatever friction does, m x'' + c x' + K x changes by what the friction force changes by. Scatter with the
+covariance Q of the force thus shows in displacement and force together, with the covariance [H; I] Q [H; I]'
+(H: the response of the free rig to a force), and in the equation of motion closed with the measured force it
+cancels. Residuals are weighed by all of that (generalised least squares), so that faults of the mechanics
+stand out from friction that scatters. Source: Aitken, Proc. Royal Society of Edinburgh 55 (1936) 42.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.linalg import expm, solve_triangular
+
+from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.model import Model
+
+REMEMBERED = 0.15
+"""Friction that scatters is taken to remember for this share of the natural period."""
+MOST_ROWS = 640
+"""Longer lanes are weighed row by row: matrices as large as their square would fill the memory."""
+
+
+def whitener(
+    model: Model, bench: Bench, point: Point, scatter: np.ndarray, period: float
+) -> np.ndarray | None:
+    """Matrices (lanes, rows, rows) that free residuals of displacement and friction, weighed by noise, of
+    scatter: `scatter` (lanes, samples) is the standard deviation of the friction force [N] without noise. None
+    where lanes are too long, or have no friction recorded."""
+    count, samples = scatter.shape
+    weights, root = bench.lanes.weights(), np.sqrt(bench.share)
+    counts = weights > 0
+    if 2 * samples > MOST_ROWS or not counts[:, :, 1].any():
+        return None
+    exact = np.where(counts, weights / np.where(counts, root, 1.0), 0.0)
+    out = np.empty((count, 2 * samples, 2 * samples))
+    for lane, (response, together) in enumerate(_per_lane(model, bench, point, period)):
+        moved = np.concatenate([exact[lane, :, 0, None] * response, np.diag(exact[lane, :, 1])])
+        moved = moved * scatter[lane]
+        first = np.r_[samples : 2 * samples, 0:samples]
+        covariance = (moved @ together @ moved.T + np.eye(2 * samples))[np.ix_(first, first)]
+        free = solve_triangular(np.linalg.cholesky(covariance), np.eye(2 * samples), lower=True)
+        back, kept = np.argsort(first), root[lane].T.ravel()
+        out[lane] = (
+            kept[:, None] * free[np.ix_(back, back)] * np.where(kept > 0, 1 / np.maximum(kept, 1e-9), 0.0)
+        )
+    return out
+
+
+def _per_lane(
+    model: Model, bench: Bench, point: Point, period: float
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Response of the displacement to the force, and correlation of the force, (samples, samples) each, lane
+    by lane."""
+    samples = bench.lanes.displacement.shape[1]
+    rig = model.at(point.coordinates, ()).nominal.rig
+    known: dict[tuple[float, ...], tuple[np.ndarray, np.ndarray]] = {}
+    shifts = bench.lanes.rig_shift
+    for lane, interval in enumerate(np.asarray(bench.lanes.interval).tolist()):
+        mass, stiffness, damping = (
+            float(getattr(rig, name)) + float(np.asarray(shifts[name])[lane] if name in shifts else 0.0)
+            for name in ("mass", "stiffness", "damping")
+        )
+        key = interval, mass, stiffness, damping
+        if key not in known:
+            age = interval * np.abs(np.subtract.outer(np.arange(samples), np.arange(samples)))
+            known[key] = response(*key, samples), np.exp(-age / (REMEMBERED * period))
+        yield known[key]
+
+
+def response(interval: float, mass: float, stiffness: float, damping: float, samples: int) -> np.ndarray:
+    """By how much the displacement at each sample [m] answers a force on the mass at each [N], from rest
+    (samples, samples). Between two samples half of either force acts."""
+    system = np.array([[0.0, 1.0, 0.0], [-stiffness / mass, -damping / mass, 1 / mass], [0.0, 0.0, 0.0]])
+    step = expm(system * interval)
+    after, before = np.zeros(samples), np.zeros(samples)
+    state = step[:2, 2] / 2
+    for lag in range(samples):
+        before[lag] = state[0]
+        after[lag + 1 : lag + 2] = state[0]
+        state = step[:2, :2] @ state
+    lag = np.subtract.outer(np.arange(samples), np.arange(samples))
+    out = np.where(lag >= 0, (after + before)[np.abs(lag)], 0.0)
+    out[:, 0] = after
+    return out
