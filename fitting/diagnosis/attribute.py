@@ -40,7 +40,7 @@ CARRIED = 8
 """So many explanations are fitted once more under a contact that the best of them asks for."""
 LOST = 0.05
 """No more than this share of the lanes is lost where nothing acts."""
-PIECES_A_LANE, PIECES_FREED = 1.0, 5.0
+PIECES_A_LANE, PIECES_FREED = 1.0, 3.0
 """So many independent pieces of evidence has a lane in which scatter outweighs the noise, and so many where
 the displacement is freed of it."""
 

@@ -42,7 +42,9 @@ UNLISTED_SHARE = 0.15
 """The share of the excess that an effect off the shelf is taken to leave: a listed one that leaves far more
 is not the cause. It is taken to make friction steadier by all but this share, too."""
 NEARLY_BEST = 1.1
-"""What steadier friction is worth counts for explanations that leave no more than so many times the least."""
+NO_WORSE = 1.02
+"""What steadier friction is worth counts for explanations that leave no more than so many times the least,
+and than so many times what none leaves: the search for one that leaves more has ended elsewhere."""
 OTHER_SHAPE = 0.015
 """The share of the excess that the right effect may leave because it has another shape than on the shelf:
 what a second effect makes of no more than that is no evidence for it, unless the two leave hardly more
@@ -151,7 +153,7 @@ def judge(
 
     unlisted = UNLISTED_FLOOR + UNLISTED_SHARE * max(nominal - UNLISTED_FLOOR, 0.0)
     names = [NONE, UNLISTED]
-    steady = _steadier(accounts, NEARLY_BEST * best)
+    steady = _steadier(accounts, min(NEARLY_BEST * best, NO_WORSE * nominal))
     anything = Account((), unlisted, UNLISTED_PARAMETERS)
     steady[anything.keys] = (1 - UNLISTED_SHARE) * max(steady.values(), default=0.0)
     logs = [

@@ -27,7 +27,7 @@ def whitener(
     model: Model, bench: Bench, point: Point, scatter: np.ndarray, period: float
 ) -> np.ndarray | None:
     """Matrices (lanes, rows, rows) that free residuals of displacement and friction, weighed by noise, of
-    scatter: `scatter` (lanes, samples) is the standard deviation of the friction force [N] without noise. None
+    scatter. `scatter` (lanes, samples): the standard deviation of the friction force [N] but for noise. None
     where lanes are too long, or have no friction recorded."""
     count, samples = scatter.shape
     weights, root = bench.lanes.weights(), np.sqrt(bench.share)
@@ -36,17 +36,23 @@ def whitener(
         return None
     exact = np.where(counts, weights / np.where(counts, root, 1.0), 0.0)
     out = np.empty((count, 2 * samples, 2 * samples))
-    for lane, (response, together) in enumerate(_per_lane(model, bench, point, period)):
-        moved = np.concatenate([exact[lane, :, 0, None] * response, np.diag(exact[lane, :, 1])])
-        moved = moved * scatter[lane]
-        first = np.r_[samples : 2 * samples, 0:samples]
-        covariance = (moved @ together @ moved.T + np.eye(2 * samples))[np.ix_(first, first)]
-        free = solve_triangular(np.linalg.cholesky(covariance), np.eye(2 * samples), lower=True)
-        back, kept = np.argsort(first), root[lane].T.ravel()
-        out[lane] = (
-            kept[:, None] * free[np.ix_(back, back)] * np.where(kept > 0, 1 / np.maximum(kept, 1e-9), 0.0)
-        )
+    for lane, (moves, alike) in enumerate(_per_lane(model, bench, point, period)):
+        felt = np.concatenate([exact[lane, :, 0, None] * moves, np.diag(exact[lane, :, 1])]) * scatter[lane]
+        free = _freed(felt @ alike @ felt.T + np.eye(2 * samples))
+        kept = root[lane].T.ravel()
+        plain = np.divide(1.0, kept, out=np.zeros_like(kept), where=kept > 0)
+        out[lane] = kept[:, None] * free * plain
     return out
+
+
+def _freed(covariance: np.ndarray) -> np.ndarray:
+    """The matrix that frees displacement, the first half of the rows, of what friction, the second half, says
+    of it, and both of what they remember; what it makes of that covariance is one."""
+    rows = len(covariance)
+    order = np.roll(np.arange(rows), rows // 2)
+    root = np.linalg.cholesky(covariance[np.ix_(order, order)])
+    back = np.argsort(order)
+    return solve_triangular(root, np.eye(rows), lower=True)[np.ix_(back, back)]
 
 
 def _per_lane(

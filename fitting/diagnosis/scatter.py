@@ -24,8 +24,8 @@ from fitting.diagnosis.wander import OWN
 AROUND = 7
 """So many samples."""
 LINKED = 1.3
-"""Where the displacement, freed of what the friction force says, scatters by more than this many times as much, it is
-not friction that moves it."""
+"""Where the displacement, freed of what the friction force says, scatters by more than so many times as much
+as before, it is not friction that moves it."""
 
 
 Variances = dict[str, tuple[float, float]]
@@ -36,7 +36,7 @@ Variances = dict[str, tuple[float, float]]
 class Scatter:
     """The mean square of what does not repeat itself, in units of the noise, 1 at least: of displacement and
     friction, by phase of the motion; and what is left of it where the displacement is freed of what friction
-    that scatters does to it, None where that leaves no less. `period`: the natural one [s]."""
+    that scatters does to it, None where it does nothing to it. `period`: the natural one [s]."""
 
     variances: Variances
     left: Variances | None

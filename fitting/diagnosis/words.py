@@ -161,6 +161,11 @@ def notes(
             f"motion where each scatters most, the displacement does by {displacement:.2g} and the friction "
             f"force by {friction:.2g} times the noise of its sensor."
         )
+        if contact.ground.scatter.left is not None:
+            out.append(
+                "What friction that scatters does to the displacement was taken from the measured force: "
+                "faults of the mechanics are judged apart from it."
+            )
     if held.by_segments:
         out.append(
             "Too few runs to hold any out: the shrinking was measured on every third stretch of the runs "

@@ -299,3 +299,11 @@ def test_a_class_is_not_outweighed_for_being_shared():
     close = [account(0, 2.1), account(1, 6.0)]
     assert judge(9.0, close, SAMPLES, 1.5, SHELF).verdict == "effect"
     assert judge(9.0, close, SAMPLES, 1.5, SHELF, classes=classes).verdict == "ambiguous"
+
+
+def test_an_explanation_that_leaves_more_than_none_earns_nothing_by_steadier_friction():
+    """Its search ended elsewhere: the nominal model would have steadier friction there as well."""
+    elsewhere = dataclasses.replace(account(0, 1.14), steadier=12.0)
+    better = dataclasses.replace(account(0, 1.085), steadier=12.0)
+    assert judge(1.09, [elsewhere, account(1, 1.084)], SAMPLES, 50.0, SHELF).verdict == "none"
+    assert judge(1.09, [better, account(1, 1.084)], SAMPLES, 50.0, SHELF).named == (SHELF[0],)
