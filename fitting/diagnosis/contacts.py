@@ -86,11 +86,12 @@ def choose_contact(
     fits: Sequence[Refit],
     floor: float,
     progress: Progress,
+    worth: float = WORTH_TRYING,
 ) -> Chosen:
     """The contact that the records may ask for, on a bench that has some `lanes` of the ground.
 
     Every contact is tried on each of the fits under the `paper`'s: the nominal model's, and those of effects
-    that may act beside it. Of those that are `WORTH_TRYING`, `floor` being the misfit that no model gets
+    that may act beside it. Of those that are `worth` trying, `floor` being the misfit that no model gets
     below, the one on which lanes cost least is chosen.
     """
     problem, model, ground = paper.problem, paper.model, paper.ground
@@ -113,7 +114,7 @@ def choose_contact(
             one = released(its, bench, one)
             pairs.append((one, same))
         ratio = min(_ratio(*pair) for pair in pairs)
-        if not min(ratio, *(_left(*pair, floor) for pair in pairs)) < WORTH_TRYING:
+        if not min(ratio, *(_left(*pair, floor) for pair in pairs)) < worth:
             return None
         alone = one.point.without(its, its.shelf.effects).among(ground.point.own, lanes)
         point = dataclasses.replace(alone, keys=(), widths=ground.point.widths)

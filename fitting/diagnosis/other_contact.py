@@ -6,7 +6,7 @@ import dataclasses
 
 from fitting.diagnosis.attribute import Attribution, on_another_contact
 from fitting.diagnosis.bench import Bench
-from fitting.diagnosis.contacts import Chosen, choose_contact, concerns_contact
+from fitting.diagnosis.contacts import WORTH_TRYING, Chosen, choose_contact, concerns_contact
 from fitting.diagnosis.shrink import Split
 from fitting.diagnosis.survey import Survey, survey
 from fitting.progress import Progress
@@ -14,6 +14,8 @@ from fitting.progress import Progress
 SAME = 1.03
 """One effect on another contact takes the place of two that leave hardly less: so much do misfits differ by
 chance."""
+AS_MUCH = 0.5
+"""A contact is tried in the place of an effect where it does at first so great a share of what that does."""
 BESIDE = 2
 """With so many of the best explanations other contacts are tried, besides with the nominal model."""
 
@@ -48,7 +50,9 @@ def in_place_of_one_of_two(
     alone = [e for e in found.explanations if e.keys == others]
     if len(best.keys) != 2 or len(others) != 1 or not alone:
         return paper, found
-    other = choose_contact(paper, bench, held.fitted, [alone[0].refit], found.floor, progress)
+    fit, two = alone[0].refit, best.refit.misfit
+    worth = max(WORTH_TRYING, 1 - AS_MUCH * (1 - two / fit.misfit))
+    other = choose_contact(paper, bench, held.fitted, [fit], found.floor, progress, worth)
     if other.words is None:
         return paper, found
     beside = [e for e in found.explanations if e.keys != others]
@@ -56,7 +60,7 @@ def in_place_of_one_of_two(
         model, bench, dataclasses.replace(found, explanations=(alone[0], *beside)), other.model
     )
     left = min(e.refit.misfit for e in again.explanations if e.keys == others)
-    return (other, again) if left < SAME * best.refit.misfit else (paper, found)
+    return (other, again) if left < SAME * two else (paper, found)
 
 
 def beside_a_pair(

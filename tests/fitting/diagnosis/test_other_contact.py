@@ -57,8 +57,12 @@ def settled(paper: Any, monkeypatch: pytest.MonkeyPatch, before: Any, after: Any
     asked: list[Any] = []
     suggested = types.SimpleNamespace(model=paper.model, words=words)
 
-    def chosen(paper: Any, bench: Any, lanes: Any, fits: Any, floor: float, progress: Any) -> Any:
+    def chosen(
+        paper: Any, bench: Any, lanes: Any, fits: Any, floor: float, progress: Any, worth: float
+    ) -> Any:
         asked.extend(fits)
+        share = (1 - worth) / (1 - before.explanations[0].refit.misfit / fits[0].misfit)
+        assert 0 < share <= 0.5 + 1e-9, "a contact that does half of what the effect does is worth trying"
         return suggested
 
     monkeypatch.setattr(other_contact, "choose_contact", chosen)
