@@ -50,7 +50,7 @@ def formulation(key: str, version: str) -> Formulation:
 
 def aliases(key: str) -> tuple[str, ...]:
     """The other effects that leave the same trace."""
-    return tuple(sorted({other for group in ALIASES if key in group for other in group} - {key}))
+    return tuple(sorted({other for group in classes(key) for other in group} - {key}))
 
 
 def classes(key: str) -> tuple[frozenset[str], ...]:

@@ -123,7 +123,7 @@ class Judgement:
         """What is named first with all that leaves the same trace; empty where nothing does or nothing is
         named."""
         others = self.classes.get(self.named[0], ()) if self.verdict == "ambiguous" else ()
-        return tuple(key for key in self.named if key == self.named[0] or key in others) if others else ()
+        return self.named[: 1 + len(others)] if others else ()
 
 
 def judge(

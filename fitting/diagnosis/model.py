@@ -221,7 +221,7 @@ class Model:
             return read, read, samples
 
         found = self._in_packs(columns, jobs, rows)
-        return [_whitened(Columns(*parts), job.whitener) for job, parts in zip(jobs, found, strict=True)]
+        return [whitened(Columns(*parts), job.whitener) for job, parts in zip(jobs, found, strict=True)]
 
     def predict(
         self, keys: tuple[str, ...], lanes: Lanes, coordinates: np.ndarray, own: np.ndarray
@@ -306,7 +306,7 @@ class Model:
         return [[np.concatenate(parts) for parts in zip(*own, strict=True)] for own in found]
 
 
-def _whitened(columns: Columns, whitener: np.ndarray | None) -> Columns:
+def whitened(columns: Columns, whitener: np.ndarray | None) -> Columns:
     """The columns with their residuals of displacement and friction mixed as the whitener says."""
     if whitener is None:
         return columns

@@ -15,7 +15,7 @@ from scipy.ndimage import maximum_filter1d
 
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.linked import whitener
-from fitting.diagnosis.model import Columns, Model
+from fitting.diagnosis.model import Columns, Model, whitened
 from fitting.diagnosis.phases import phases_of
 from fitting.diagnosis.refit import job, misfit_of
 from fitting.diagnosis.repeatability import FEWEST, differences, successive
@@ -30,6 +30,8 @@ as before, it is not friction that moves it."""
 
 Variances = dict[str, tuple[float, float]]
 """Mean squares of displacement and friction by phase of the motion, in units of the noise, 1 at least."""
+Phases = dict[str, np.ndarray]
+"""Which samples (lanes, samples) belong to each phase of the motion."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,52 +53,50 @@ class Scatter:
     def of(cls, model: Model, bench: Bench, point: Point, period: float) -> Scatter:
         """That of a bench whose motion a hypothesis describes, good or bad: what it lacks repeats itself. A
         phase that is too rare to tell scatters as its channel does."""
-        raw = cls(_unrepeated(model, bench, point, period), None, period)
-        linked = raw._linked(model, bench, point)
-        if linked is None:
+        (columns,) = model.columns([job(model, bench, point)])
+        phases = _phases(bench, columns, period)
+        raw = cls(_unrepeated(bench, columns, phases), None, period)
+        matrices = raw._freeing(model, bench, point, raw._deviation(bench, phases, raw.variances))
+        if matrices is None:
             return raw
-        left = _unrepeated(model, linked, point, period)
+        left = _unrepeated(bench, whitened(columns, matrices), phases)
         whole, before = (max(pair[0] for pair in each.values()) for each in (left, raw.variances))
         return dataclasses.replace(raw, left=left) if whole < LINKED * before else raw
 
     def evened(self, model: Model, bench: Bench, point: Point) -> Bench:
         """A bench, whose motion the point describes, with its residuals in units of noise and scatter."""
-        deviation = self._deviation(model, bench, point, self.variances)
+        (columns,) = model.columns([job(model, bench, point)])
+        phases = _phases(bench, columns, self.period)
+        deviation = self._deviation(bench, phases, self.variances)
         displacement, friction = np.moveaxis(bench.lanes.weights() / deviation, 2, 0)
         lanes = dataclasses.replace(bench.lanes, displacement_weight=displacement, friction_weight=friction)
-        mixing = None
-        if self.left is not None and (linked := self._linked(model, bench, point)) is not None:
-            assert linked.whitener is not None
-            still = self._deviation(model, bench, point, self.left)
-            rows, columns = (_in_rows(each) for each in (1 / still, deviation))
-            mixing = rows[:, :, None] * linked.whitener * columns[:, None, :]
-        return dataclasses.replace(bench, lanes=lanes, scatters=True, whitener=mixing)
+        matrices = None if self.left is None else self._freeing(model, bench, point, deviation)
+        if self.left is not None and matrices is not None:
+            still = self._deviation(bench, phases, self.left)
+            matrices = _in_rows(1 / still)[:, :, None] * matrices * _in_rows(deviation)[:, None, :]
+        return dataclasses.replace(bench, lanes=lanes, scatters=True, whitener=matrices)
 
-    def _linked(self, model: Model, bench: Bench, point: Point) -> Bench | None:
-        """The bench with its residuals freed of what friction that scatters so does to the displacement."""
+    def _freeing(self, model: Model, bench: Bench, point: Point, deviation: np.ndarray) -> np.ndarray | None:
+        """What frees residuals of what friction that scatters by `deviation` does to the displacement."""
         weights, root = bench.lanes.weights()[:, :, 1], np.sqrt(bench.share[:, :, 1])
         if not (weights > 0).any():
             return None
         noise = np.where(weights > 0, root / np.where(weights > 0, weights, 1.0), 0.0)
         noise = np.where(weights > 0, noise, np.median(noise[weights > 0]))
-        times = self._deviation(model, bench, point, self.variances)[:, :, 1]
-        scatter = noise * np.sqrt(times**2 - 1)
-        matrices = whitener(model, bench, point, scatter, self.period)
-        return None if matrices is None else dataclasses.replace(bench, whitener=matrices)
+        return whitener(model, bench, point, noise * np.sqrt(deviation[:, :, 1] ** 2 - 1), self.period)
 
-    def _deviation(self, model: Model, bench: Bench, point: Point, variances: Variances) -> np.ndarray:
+    @staticmethod
+    def _deviation(bench: Bench, phases: Phases, variances: Variances) -> np.ndarray:
         """Standard deviations (lanes, samples, 2) by phase of the motion; for some samples around, what
         scatters most counts, since phases do not begin on the sample."""
-        (columns,) = model.columns([job(model, bench, point)])
         variance = np.ones(bench.share.shape)
-        for name, mask in _phases(bench, columns, self.period).items():
+        for name, mask in phases.items():
             variance[mask] = variances[name]
         return np.sqrt(maximum_filter1d(variance, AROUND, axis=1, mode="nearest"))
 
 
-def _unrepeated(model: Model, bench: Bench, point: Point, period: float) -> Variances:
+def _unrepeated(bench: Bench, columns: Columns, phases: Phases) -> Variances:
     first, second = successive(bench.phase)
-    (columns,) = model.columns([job(model, bench, point)])
     squares, noise = differences(bench, columns.residual[:, :-OWN], first, second)
 
     def variance(channel: int, mask: np.ndarray, otherwise: float) -> float:
@@ -110,10 +110,7 @@ def _unrepeated(model: Model, bench: Bench, point: Point, period: float) -> Vari
 
     every = np.ones(bench.share.shape[:2], bool)
     whole = [variance(channel, every, 1.0) for channel in (0, 1)]
-    return {
-        name: (variance(0, mask, whole[0]), variance(1, mask, whole[1]))
-        for name, mask in _phases(bench, columns, period).items()
-    }
+    return {name: (variance(0, mask, whole[0]), variance(1, mask, whole[1])) for name, mask in phases.items()}
 
 
 def _in_rows(values: np.ndarray) -> np.ndarray:
@@ -121,5 +118,5 @@ def _in_rows(values: np.ndarray) -> np.ndarray:
     return values.transpose(0, 2, 1).reshape(len(values), -1)
 
 
-def _phases(bench: Bench, columns: Columns, period: float) -> dict[str, np.ndarray]:
+def _phases(bench: Bench, columns: Columns, period: float) -> Phases:
     return phases_of(columns.states[:, :, 1], bench.share[:, :, 0] > 0, bench.samples(period))
