@@ -86,10 +86,8 @@ class Oscillator(eqx.Module):
             return motion._replace(slide_rate=rate, direction=direction)
 
         return Traction(
-            limit=lambda rate, direction: kept(self.friction.limit(law_state, at(rate, direction)), motion),
-            viscous=lambda rate, direction: kept(
-                self.friction.viscous(law_state, at(rate, direction)), motion
-            ),
+            limit=lambda rate, direction: kept(self.friction.limit(law_state, at(rate, direction))),
+            viscous=lambda rate, direction: kept(self.friction.viscous(law_state, at(rate, direction))),
         )
 
     def initial(self, t: Scalar, start: Start) -> State:

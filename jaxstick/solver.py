@@ -12,6 +12,7 @@ import jax.numpy as jnp
 from jaxstick.oscillator import Oscillator, State
 from jaxstick.parts.contact import Passage
 from jaxstick.parts.drive import Excitation
+from jaxstick.parts.kept import kept_slope
 from jaxstick.parts.motion import Scalar
 
 
@@ -93,23 +94,25 @@ def _advance(
     surface1 = oscillator.rig.surface(after)
     inertia = oscillator.rig.inertia()
     per_inertia = 1 / inertia
-    free = oscillator.rig.force(state.rig, motion) * per_inertia - surface1.acceleration
+    free = kept_slope(oscillator.rig.force(state.rig, motion) * per_inertia - surface1.acceleration)
     slide = h * half_rate - (surface1.position - surface0.position)
     passage = Passage(h, slide, motion.slide_rate, free, inertia)
     grip = oscillator.contact.grip(state.contact, passage, oscillator.traction(state.law, motion))
-    reached = _quotient(free + grip.mean * per_inertia, grip.inertia_factor) + surface1.acceleration
-    v = half_rate + h / 2 * reached
+    reached = kept_slope(
+        _quotient(free + grip.mean * per_inertia, grip.inertia_factor) + surface1.acceleration
+    )
+    v, friction = half_rate + h / 2 * reached, kept_slope(grip.friction)
     motion = motion._replace(
-        v=v, a=reached, slide_rate=v - surface1.rate, direction=jnp.where(grip.friction > 0, -1.0, 1.0)
+        v=v, a=reached, slide_rate=v - surface1.rate, direction=jnp.where(friction > 0, -1.0, 1.0)
     )
     state = State(
         x,
         v,
-        grip.friction,
+        friction,
         grip.state,
         oscillator.rig.advance(state.rig, motion, h),
         oscillator.friction.advance(state.law, motion, h),
-        oscillator.instrument.advance(state.instrument, motion, grip.friction, h),
+        oscillator.instrument.advance(state.instrument, motion, friction, h),
     )
     return state, reached
 

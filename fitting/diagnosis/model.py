@@ -3,9 +3,11 @@ may be free: one compiled program for a whole group of effects."""
 
 from __future__ import annotations
 
+import collections
 import contextlib
 import dataclasses
 import math
+import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple, TypeVar
@@ -29,8 +31,12 @@ GROUP = 8
 PACK = 16
 """So many lanes go through a program together: with more, small data sets fill packs with lanes that do not
 count; with fewer, all take longer."""
-ROOMS = (256, 1024)
-"""Programs are compiled for lanes of so many samples, of which they compute as many as there are."""
+ROOMS = (264, 1032)
+"""Programs are compiled for lanes of so many samples, of which they compute as many as there are. No powers
+of two: all lanes and directions write the same sample at a time, which should not all fall on one line of a
+cache."""
+KEPT = 16
+"""So many benches' lanes are kept as programs take them."""
 FAR, STRENGTH_FREEDOM = 40.0, 10.0
 """Bounds and standard deviation of a strength, in typical sizes;"""
 NEARLY_ALL, DOUBT = 0.9, 0.1
@@ -73,15 +79,16 @@ class Columns(NamedTuple):
 
 
 class Job(NamedTuple):
-    """Lanes to be linearised with some effects attached.
+    """Lanes to be linearised with some effects attached, once or several times, one time after the other.
 
-    coordinates (lanes, all); own (lanes, 5); chosen (lanes, `COLUMNS`), the numbers of the unknowns that
-    each lane is differentiated by, -1 for none. whitener: `Bench.whitener` of these lanes, or of as many as
-    they are several times.
+    deviation (times lanes, 5): standard deviations of the priors of what lanes have of their own;
+    coordinates (times lanes, all); own (times lanes, 5); chosen (times lanes, `COLUMNS`), the numbers of the
+    unknowns that each lane is differentiated by, -1 for none. whitener: `Bench.whitener` of the lanes.
     """
 
     keys: tuple[str, ...]
     lanes: Lanes
+    deviation: np.ndarray
     coordinates: np.ndarray
     own: np.ndarray
     chosen: np.ndarray
@@ -137,6 +144,9 @@ class Model:
         self.workers = workers
         self._effects = jax.tree.map(np.asarray, effects)
         self._held = jax.tree.map(np.asarray, held)
+        self._known: dict[tuple[str, ...], tuple[Hypothesis, Chart, np.ndarray]] = {}
+        self._roomy: collections.OrderedDict[int, tuple[Lanes, Lanes]] = collections.OrderedDict()
+        self._using = threading.Lock()
 
     def groups(self) -> list[tuple[str, ...]]:
         """The shelf in groups of effects that share one compiled program: of one family, a few each, so that
@@ -221,14 +231,17 @@ class Model:
             return read, read, samples
 
         found = self._in_packs(columns, jobs, rows)
-        return [whitened(Columns(*parts), job.whitener) for job, parts in zip(jobs, found, strict=True)]
+        return [
+            whitened(Columns(*parts), job.whitener, job.chosen)
+            for job, parts in zip(jobs, found, strict=True)
+        ]
 
     def predict(
         self, keys: tuple[str, ...], lanes: Lanes, coordinates: np.ndarray, own: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Displacement and friction as read, true velocity and friction of every lane, (lanes, samples)."""
         none = np.full((len(lanes), COLUMNS), -1)
-        jobs = [Job(keys, lanes, coordinates, own, none)]
+        jobs = [Job(keys, lanes, np.asarray(lanes.start_deviation), coordinates, own, none)]
         ((x, f, v, force),) = self._in_packs(prediction, jobs, lambda reach, room: 4 * [np.arange(reach)])
         return x, f, v, force
 
@@ -240,7 +253,7 @@ class Model:
         own, chosen = np.zeros((1, OWN)), np.full((1, COLUMNS), -1)
         pool = ThreadPoolExecutor(1)
         for group in groups if self.workers > 1 else ():
-            pool.submit(self.columns, [Job(group, one, coordinates, own, chosen)])
+            pool.submit(self.columns, [Job(group, one, np.ones((1, OWN)), coordinates, own, chosen)])
         try:
             yield
         finally:
@@ -260,6 +273,11 @@ class Model:
     def _attached(self, keys: tuple[str, ...]) -> tuple[Hypothesis, Chart, np.ndarray]:
         """The nominal model with some effects attached at null, the chart of its unknowns, and where those
         and the level are among all coordinates."""
+        if keys not in self._known:
+            self._known[keys] = self._attach(keys)
+        return self._known[keys]
+
+    def _attach(self, keys: tuple[str, ...]) -> tuple[Hypothesis, Chart, np.ndarray]:
         hypothesis = Hypothesis(self.nominal, {**self._held, **{key: self._effects[key] for key in keys}})
         own = [
             i for i, name in enumerate(self.names) if name in self.common or name.partition(".")[0] in keys
@@ -274,7 +292,7 @@ class Model:
     def _in_packs(self, program: Any, jobs: Sequence[Job], rows: Rows) -> list[list[np.ndarray]]:
         """What a program gives for the lanes of every job: arrays (lanes, rows, ..), rows that count. Every
         job's first pack goes before any other's second, so that programs compile side by side."""
-        tasks = [(n, first) for n, job in enumerate(jobs) for first in range(0, len(job.lanes), PACK)]
+        tasks = [(n, first) for n, job in enumerate(jobs) for first in range(0, len(job.own), PACK)]
         tasks.sort(key=lambda task: task[1])
         attached = {job.keys: self._attached(job.keys) for job in jobs}
 
@@ -284,19 +302,18 @@ class Model:
             hypothesis, chart, own = attached[job.keys]
             place = np.full(len(self.members) + 2, -1)
             place[own] = np.arange(len(own))
-            count, reach = len(job.lanes), job.lanes.displacement.shape[1]
-            room = next(room for room in ROOMS if room >= reach)
+            count, pace, roomy = len(job.own), job.lanes.pace(), self._with_room(job.lanes)
             index = np.minimum(np.arange(first, first + PACK), count - 1)
             pack = Pack(
-                job.lanes.take(index).filled(room),
-                job.lanes.pace(),
+                dataclasses.replace(roomy.take(index % len(roomy)), start_deviation=job.deviation[index]),
+                pace,
                 job.coordinates[np.ix_(index, own)],
                 job.own[index],
                 place[job.chosen[index]],
             )
             with jax.enable_x64(True):
                 out = program(hypothesis, chart, pack)
-            kept = zip(out, rows(reach, room), strict=True)
+            kept = zip(out, rows(int(pace.reach), roomy.displacement.shape[1]), strict=True)
             return tuple(np.asarray(leaf)[: count - first, own] for leaf, own in kept)
 
         packs = self.side_by_side(run, tasks)
@@ -305,20 +322,40 @@ class Model:
             found[number].append(pack)
         return [[np.concatenate(parts) for parts in zip(*own, strict=True)] for own in found]
 
+    def _with_room(self, lanes: Lanes) -> Lanes:
+        """The lanes as programs take them; those of the last few benches are kept."""
+        with self._using:
+            known = self._roomy.pop(id(lanes), None)
+            if known is None:
+                reach = lanes.displacement.shape[1]
+                known = lanes, lanes.filled(next(room for room in ROOMS if room >= reach))
+            self._roomy[id(lanes)] = known
+            while len(self._roomy) > KEPT:
+                self._roomy.popitem(last=False)
+        return known[1]
 
-def whitened(columns: Columns, whitener: np.ndarray | None) -> Columns:
-    """The columns with their residuals of displacement and friction mixed as the whitener says."""
+
+def whitened(columns: Columns, whitener: np.ndarray | None, chosen: np.ndarray | None = None) -> Columns:
+    """The columns with their residuals of displacement and friction mixed as the whitener says, in which no
+    friction is made of a displacement. `chosen` (`Job.chosen`) says which derivatives there are; without it
+    all count."""
     if whitener is None:
         return columns
     lanes, rows = whitener.shape[:2]
-
-    def mixed(values: np.ndarray) -> np.ndarray:
-        out = values.copy()
-        several = values[:, :rows].reshape(-1, lanes, rows, *values.shape[2:] or (1,))
-        out[:, :rows] = (whitener @ several).reshape(values[:, :rows].shape)
-        return out
-
-    return columns._replace(residual=mixed(columns.residual), jacobian=mixed(columns.jacobian))
+    half, residual, jacobian = rows // 2, columns.residual.copy(), columns.jacobian.copy()
+    used = np.arange(jacobian.shape[2])
+    if chosen is not None:
+        used = np.concatenate([np.flatnonzero((chosen >= 0).any(0)), used[COLUMNS:]])
+    plain = np.concatenate([jacobian[:, :rows, used], residual[:, :rows, None]], axis=2)
+    plain = plain.reshape(-1, lanes, rows, plain.shape[2]).transpose(1, 2, 0, 3)
+    times, each = plain.shape[2:]
+    beside = np.ascontiguousarray(plain).reshape(lanes, rows, -1)
+    mixed = np.empty_like(beside)
+    np.matmul(whitener[:, :half], beside, out=mixed[:, :half])
+    np.matmul(whitener[:, half:, half:], beside[:, half:], out=mixed[:, half:])
+    mixed = mixed.reshape(lanes, rows, times, each).transpose(2, 0, 1, 3).reshape(-1, rows, each)
+    jacobian[:, :rows, used], residual[:, :rows] = mixed[:, :, :-1], mixed[:, :, -1]
+    return columns._replace(residual=residual, jacobian=jacobian)
 
 
 def _rig_unknowns(problem: Problem) -> list[Unknown]:

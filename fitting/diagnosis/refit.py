@@ -180,8 +180,10 @@ def job(model: Model, bench: Bench, point: Point, chosen: np.ndarray | None = No
     """The linearisation of a bench at a point, by what each lane has of its own and the chosen unknowns."""
     if chosen is None:
         chosen = np.full((len(bench.lanes), COLUMNS), -1)
-    lanes = allowed(bench.lanes, point.widths)
-    return Job(point.keys, lanes, point.each(model, bench), point.own, chosen, bench.whitener)
+    deviation = allowed(bench.lanes, point.widths)
+    return Job(
+        point.keys, bench.lanes, deviation, point.each(model, bench), point.own, chosen, bench.whitener
+    )
 
 
 def _evaluate(
@@ -195,10 +197,8 @@ def _evaluate(
     jobs = [
         Job(
             keys,
-            allowed(
-                bench.lanes.take(np.tile(np.arange(count), len(numbers))),
-                np.repeat([points[n].widths for n in numbers], count, axis=0),
-            ),
+            bench.lanes,
+            np.concatenate([allowed(bench.lanes, points[n].widths) for n in numbers]),
             np.concatenate([points[n].each(model, bench) for n in numbers]),
             np.concatenate([points[n].own for n in numbers]),
             np.concatenate([searches[n].chosen for n in numbers]),

@@ -240,7 +240,7 @@ def _templates(
 ) -> tuple[_Seen, list[_Seen]]:
     """Level, base unknowns and residual per lane (1 + base + 1 columns), and for every point the columns of
     all strengths."""
-    count, lanes = len(bench.lanes), allowed(bench.lanes, at.point.widths)
+    count, deviation = len(bench.lanes), allowed(bench.lanes, at.point.widths)
     every = np.tile(np.arange(count), len(points))
     jobs = [job(model, bench, at.point, chosen_columns(at.free, model.level, count))]
     asked: list[np.ndarray] = []
@@ -253,7 +253,7 @@ def _templates(
             each[:, model.by_run] = at.point.by_run[np.tile(bench.run, len(points))]
             attached = model.together(at.point.keys, *group)
             own, chosen = at.point.own[every], np.tile(chosen, (len(every), 1))
-            jobs.append(Job(attached, lanes.take(every), each, own, chosen, bench.whitener))
+            jobs.append(Job(attached, bench.lanes, deviation[every], each, own, chosen, bench.whitener))
             asked.append(few)
     base, *others = model.columns(jobs)
     project = Projection(base)

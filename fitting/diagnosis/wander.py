@@ -73,11 +73,12 @@ def with_room(lanes: Lanes) -> Lanes:
     )
 
 
-def allowed(lanes: Lanes, widths: np.ndarray) -> Lanes:
-    """Lanes whose friction may wander by these standard deviations of level and slope."""
+def allowed(lanes: Lanes, widths: np.ndarray) -> np.ndarray:
+    """Standard deviations (lanes, 5) of what lanes have of their own where friction may wander by these of
+    level and slope."""
     deviation = np.array(lanes.start_deviation)
     deviation[:, START:] = widths
-    return dataclasses.replace(lanes, start_deviation=deviation)
+    return deviation
 
 
 class Likeliest(NamedTuple):

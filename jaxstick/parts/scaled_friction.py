@@ -36,4 +36,4 @@ class AbstractScaledFriction(AbstractFriction):
         return self.inner.viscous(state, motion) * self._factor(motion)
 
     def _factor(self, motion: Motion) -> Scalar:
-        return kept(jnp.maximum(1 + self.excess(motion), LEAST_FACTOR), motion)
+        return kept(jnp.maximum(1 + self.excess(motion), LEAST_FACTOR))

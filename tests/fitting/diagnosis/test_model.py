@@ -47,7 +47,7 @@ def test_what_is_compiled_ahead_is_what_is_used(laid, asked):
     chosen = np.tile(np.arange(COLUMNS), (count, 1))
     for group, before in zip(groups, ahead, strict=True):
         with pytest.raises(ArithmeticError):
-            model.columns([Job(group, bench.lanes, each, own, chosen)])
+            model.columns([Job(group, bench.lanes, np.ones((count, OWN)), each, own, chosen)])
         assert asked.get(timeout=30) == before and before[0] == group
     assert own.shape[1] == OWN
 
