@@ -146,7 +146,7 @@ def _weighed(
         aliases(model, first),
         classes(
             {key: effect.traces for key, effect in model.shelf.effects.items()},
-            {e.keys[0]: e.refit.misfit for e in found if len(e.keys) == 1},
+            {frozenset(e.keys): e.refit.misfit for e in found},
         ),
     )
     made = Attribution(nominal, tuple(found), first, judgement, inflation, floor, samples)

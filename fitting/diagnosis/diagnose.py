@@ -134,11 +134,8 @@ def diagnose(
 
 def _named(found: Attribution) -> Explanation | None:
     """The explanation that the verdict rests on, the likeliest of what it names; None for nothing named."""
-    named = found.judgement.named
-    if not named:
-        return None
-    wanted = set(named[:2]) if found.judgement.verdict == "several" else {named[0]}
-    return next(e for e in found.explanations if set(e.keys) == wanted)
+    taken = set(found.judgement.taken)
+    return next((e for e in found.explanations if set(e.keys) == taken), None)
 
 
 def _confirmed(found: Attribution, named: Explanation, shrunk: Closure) -> Judgement:

@@ -20,7 +20,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 import numpy as np
 
 from fitting.diagnosis.findings import Verdict
-from fitting.diagnosis.one_class import shared
+from fitting.diagnosis.one_class import Classes, shared
 
 MISSPECIFIED = 12.0
 """How many independent pieces of evidence are left where the best explanation leaves a misfit of 2."""
@@ -109,21 +109,28 @@ class Judgement:
     effects, a pair's shared between its two and a named one's with its class; the verdict and what it names:
     of "several" first the two that act together, then what may act in the place of one of them; what it
     counted for an explanation, by its effects, that friction is steadier under it, for none of the shelf by
-    (); and the classes, of every effect that has one the others in it."""
+    (); and the classes of effects that no record tells apart."""
 
     explanations: Mapping[str, float]
     effects: Mapping[str, float]
     verdict: Verdict
     named: tuple[str, ...]
     steadier: Mapping[tuple[str, ...], float]
-    classes: Mapping[str, tuple[str, ...]]
+    classes: Classes
 
     @property
-    def one_class(self) -> tuple[str, ...]:
-        """What is named first with all that leaves the same trace; empty where nothing does or nothing is
-        named."""
-        others = self.classes.get(self.named[0], ()) if self.verdict == "ambiguous" else ()
-        return self.named[: 1 + len(others)] if others else ()
+    def taken(self) -> tuple[str, ...]:
+        """What the verdict rests on: of "several" the two that act together, else the likeliest; empty where
+        nothing is named."""
+        return _taken(self.verdict, self.named)
+
+    @property
+    def same(self) -> tuple[tuple[str, ...], ...]:
+        """For each of what is taken that no record tells from others: it, and these as they are named."""
+        found = _same(self.taken, self.classes)
+        return tuple(
+            (key, *(other for other in self.named if other in others)) for key, others in found.items()
+        )
 
 
 def judge(
@@ -133,13 +140,13 @@ def judge(
     inflation: float,
     shelf: Sequence[str],
     aliases: Mapping[str, Collection[str]] | None = None,
-    classes: Mapping[str, tuple[str, ...]] | None = None,
+    classes: Classes | None = None,
 ) -> Judgement:
     """The probabilities of all explanations.
 
     nominal: the misfit without any effect; samples: degrees of freedom; inflation: variance of scores by
     clusters over that of white residuals; shelf: all keys; aliases: effects that these records do not tell
-    from an effect; classes: those that no records do.
+    from an effect; classes: what no records do.
     """
     best = min([nominal, *(account.misfit for account in accounts)])
     pieces = pieces_of_evidence(best, samples, inflation)
@@ -187,7 +194,7 @@ def _judged(
     explanations: Mapping[str, float],
     names: Iterable[str],
     steadier: Mapping[tuple[str, ...], float],
-    classes: Mapping[str, tuple[str, ...]],
+    classes: Classes,
 ) -> Judgement:
     """The judgement that probabilities of explanations come to: those of all names, that of two effects
     shared between them, and the verdict, in which one effect stands for its class."""
@@ -197,11 +204,24 @@ def _judged(
         for key in keys:
             effects[key] += p / len(keys)
     verdict, named = verdict_of(explanations)
-    if verdict in ("effect", "ambiguous") and (others := classes.get(named[0])):
-        effects = shared(effects, (named[0], *others))
-        ordered = sorted(others, key=lambda key: -effects[key])
-        verdict, named = "ambiguous", tuple(dict.fromkeys((named[0], *ordered, *named[1:])))
+    taken, others = _taken(verdict, named), list[str]()
+    for key, same in _same(taken, classes).items():
+        effects = shared(effects, (key, *same))
+        others += sorted(same, key=lambda other: -effects[other])
+    if others and verdict == "effect":
+        verdict = "ambiguous"
+    named = tuple(dict.fromkeys((*taken, *others, *named)))
     return Judgement(explanations, effects, verdict, named, steadier, classes)
+
+
+def _taken(verdict: Verdict, named: tuple[str, ...]) -> tuple[str, ...]:
+    return named[: 2 if verdict == "several" else 1]
+
+
+def _same(taken: tuple[str, ...], classes: Classes) -> dict[str, tuple[str, ...]]:
+    """The others in the class of each of these effects, which act together, where it has one."""
+    found = {key: classes.get((key, *(other for other in taken if other != key)), ()) for key in taken}
+    return {key: others for key, others in found.items() if others}
 
 
 def _steadier(accounts: Sequence[Account], most: float) -> dict[tuple[str, ...], float]:

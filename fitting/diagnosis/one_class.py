@@ -8,26 +8,43 @@ class; it is no measurement of today, so that it never leaves one name alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 AT_MOST = 0.6
 """No effect has a larger share of its class's probability than this."""
 
 
-def classes(traces: Mapping[str, Sequence[str]], misfits: Mapping[str, float]) -> dict[str, tuple[str, ...]]:
-    """The other effects of every effect's class. `traces`: those of all effects; `misfits`: what the effects
-    leave that were refitted. Of an effect with several traces that counts whose other effects come closest to
-    the records."""
+Classes = Mapping[tuple[str, ...], tuple[str, ...]]
+"""The other effects of an effect's class, by the effect and, behind it, what acts beside it."""
+
+
+def classes(traces: Mapping[str, Sequence[str]], misfits: Mapping[frozenset[str], float]) -> Classes:
+    """The class of every effect that has one, where it acts alone and in every pair that was refitted.
+
+    `traces`: those of all effects; `misfits`: what explanations leave, by their effects. Of an effect with
+    several traces that counts whose other effects come closest to the records in its place.
+    """
     found = {}
-    for key, own in traces.items():
+    for key, *beside in [*((key,) for key in traces), *_ordered(misfits)]:
         sharing = [
-            [other for other, theirs in traces.items() if other != key and trace in theirs] for trace in own
+            [other for other, theirs in traces.items() if other not in (key, *beside) and trace in theirs]
+            for trace in traces[key]
         ]
         sharing = [others for others in sharing if others]
         if sharing:
-            closest = [min(misfits.get(other, math.inf) for other in others) for others in sharing]
-            found[key] = tuple(sharing[closest.index(min(closest))])
+            closest = [
+                min(misfits.get(frozenset((other, *beside)), math.inf) for other in others)
+                for others in sharing
+            ]
+            found[key, *beside] = tuple(sharing[closest.index(min(closest))])
     return found
+
+
+def _ordered(explanations: Collection[frozenset[str]]) -> Iterator[tuple[str, ...]]:
+    """Explanations by several effects, with each of them first."""
+    for keys in explanations:
+        for key in sorted(keys) if len(keys) > 1 else ():
+            yield key, *sorted(keys - {key})
 
 
 def shared(probabilities: Mapping[str, float], members: Collection[str]) -> dict[str, float]:

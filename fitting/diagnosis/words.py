@@ -50,9 +50,14 @@ def sentence(model: Model, judgement: Judgement, shrunk: Closure, where: Where, 
         closes = _closing(shrunk, judgement, "it closes")
         return f"The gap comes from {titles[0]}, with probability {p:.2f}; {closes}."
     if judgement.verdict == "several":
+        known = {key for same in judgement.same for key in same}
         instead = "".join(
             f"; in the place of {other} these records would have {_title(model, key)} as well"
-            for key, other in alternatives(judgement.explanations, judgement.named[:2]).items()
+            for key, other in alternatives(judgement.explanations, judgement.taken).items()
+            if key not in known
+        )
+        instead += "".join(
+            f"; no record tells {key} from {_listed(others, 'or')}" for key, *others in judgement.same
         )
         closes = _closing(shrunk, judgement, "together they close")
         return f"{' and '.join(titles[:2])} act together; {closes}{instead}."
@@ -66,8 +71,7 @@ def _closing(shrunk: Closure, judgement: Judgement, closes: str) -> str:
     where = f"on {_held(shrunk)} that took no part"
     if shrunk.closed > LITTLE:
         return f"{closes} {100 * shrunk.closed:.0f} % of the reducible gap {where}"
-    named = judgement.named[:2] if judgement.verdict == "several" else judgement.named[:1]
-    hidden = judgement.steadier.get(tuple(named), 0.0) > NOTABLE_STEADINESS
+    hidden = judgement.steadier.get(judgement.taken, 0.0) > NOTABLE_STEADINESS
     why = ", since friction that may wander takes over what is missing" if hidden else ""
     if shrunk.before - shrunk.floor < LEAST_REDUCIBLE:
         return f"{where} there is no gap to be closed{why}"
@@ -93,8 +97,8 @@ def refutation(named: Sequence[str], shrunk: Closure) -> str:
     )
 
 
-def _listed(keys: Sequence[str]) -> str:
-    return f"{', '.join(keys[:-1])} and {keys[-1]}"
+def _listed(keys: Sequence[str], last: str = "and") -> str:
+    return f" {last} ".join(filter(None, (", ".join(keys[:-1]), keys[-1])))
 
 
 def _title(model: Model, key: str) -> str:
@@ -111,11 +115,14 @@ def advice(problem: Problem, model: Model, found: Attribution, bench: Bench) -> 
     judgement = found.judgement
     if judgement.verdict == "none":
         return None
+    if judgement.same:
+        remedies = dict.fromkeys(
+            model.shelf.effects[key].card.remedy for s in judgement.same for key in s[:2]
+        )
+        apart = ", nor ".join(_listed(same) for same in judgement.same)
+        return f"No record of the motion tells {apart} apart. {' '.join(remedies)}"
     if judgement.verdict in ("effect", "several"):
         return model.shelf.effects[judgement.named[0]].card.remedy
-    if judgement.one_class:
-        remedies = dict.fromkeys(model.shelf.effects[key].card.remedy for key in judgement.one_class[:2])
-        return f"No record of the motion tells {_listed(judgement.one_class)} apart. {' '.join(remedies)}"
     singles = [e for e in found.explanations if len(e.keys) == 1]
     if len(singles) < 2:
         return None
@@ -171,7 +178,7 @@ def notes(
             "Too few runs to hold any out: the shrinking was measured on every third stretch of the runs "
             "that were fitted, so nothing is said about other frequencies."
         )
-    if same := found.judgement.one_class:
+    for same in found.judgement.same:
         out.append(
             f"{_listed(same)} leave the same trace in any record of the motion: they are answered together. "
             "What is stated of the rig, and nothing that was recorded, makes the first the likeliest."

@@ -279,23 +279,34 @@ def test_correlated_and_biased_residuals_are_fewer_pieces_of_evidence():
 
 def test_effects_that_no_record_tells_apart_are_answered_together():
     """However clearly what is stated of the rig speaks for one of them."""
-    classes = {SHELF[0]: (SHELF[3], SHELF[4])}
+    classes = {(SHELF[0],): (SHELF[3], SHELF[4])}
     found = judge(9.0, [account(0, 1.01), account(3, 5.0)], SAMPLES, 1.5, SHELF, classes=classes)
     alone = judge(9.0, [account(0, 1.01), account(3, 5.0)], SAMPLES, 1.5, SHELF)
-    assert alone.verdict == "effect" and alone.one_class == ()
+    assert alone.verdict == "effect" and alone.same == ()
     assert found.verdict == "ambiguous" and found.named == (SHELF[0], SHELF[3], SHELF[4])
-    assert found.one_class == found.named
+    assert found.same == (found.named,)
     assert found.effects[SHELF[0]] <= 0.6 and min(found.effects[key] for key in found.named) > 0.1
     assert sum(found.effects.values()) == pytest.approx(1.0)
     named = sum(found.effects[key] for key in found.named)
     assert named == pytest.approx(sum(alone.effects[key] for key in found.named))
     none = judge(1.0, [account(0, 0.9998)], SAMPLES, 1.0, SHELF, classes=classes)
-    assert none.verdict == "none" and none.named == none.one_class == ()
+    assert none.verdict == "none" and none.named == none.same == ()
+
+
+def test_in_a_pair_too_an_effect_stands_for_its_class():
+    """As it is where the other acts beside it, whatever it is alone."""
+    classes = {(SHELF[0], SHELF[1]): (SHELF[3],), (SHELF[0],): (SHELF[4],), (SHELF[1],): (SHELF[4],)}
+    two = [account(0, 20.0), account(1, 30.0), Account((SHELF[1], SHELF[0]), 1.0, 2)]
+    found = judge(50.0, two, SAMPLES, 1.5, SHELF, classes=classes)
+    assert found.verdict == "several" and found.named == (SHELF[1], SHELF[0], SHELF[3])
+    assert found.taken == (SHELF[1], SHELF[0]) and found.same == ((SHELF[0], SHELF[3]),)
+    assert 0.1 < found.effects[SHELF[3]] < found.effects[SHELF[0]] < found.effects[SHELF[1]]
+    assert sum(found.effects.values()) == pytest.approx(1.0)
 
 
 def test_a_class_is_not_outweighed_for_being_shared():
     """Three names of one cause count as that one against "unlisted"."""
-    classes = {SHELF[0]: (SHELF[3], SHELF[4])}
+    classes = {(SHELF[0],): (SHELF[3], SHELF[4])}
     close = [account(0, 2.1), account(1, 6.0)]
     assert judge(9.0, close, SAMPLES, 1.5, SHELF).verdict == "effect"
     assert judge(9.0, close, SAMPLES, 1.5, SHELF, classes=classes).verdict == "ambiguous"

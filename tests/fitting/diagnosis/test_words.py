@@ -27,6 +27,15 @@ def test_what_may_act_in_the_place_of_one_of_two_is_said(diagnosis, likely):
     assert (f"in the place of {OTHER} these records would have {ALIAS} (" in said) == (likely > 0.4)
 
 
+def test_what_no_record_tells_from_one_of_two_is_said_once(diagnosis):
+    model: Any = types.SimpleNamespace(shelf=types.SimpleNamespace(effects=catalogue()))
+    explanations = {f"{ONE}+{OTHER}": 0.5, f"{ALIAS}+{ONE}": 0.48, "none": 0.0}
+    classes = {(OTHER, ONE): (ALIAS,)}
+    judgement = Judgement(explanations, {}, "several", (ONE, OTHER, ALIAS), {}, classes)
+    said = sentence(model, judgement, diagnosis.closure, diagnosis.where)
+    assert said.endswith(f"; no record tells {OTHER} from {ALIAS}.") and "in the place of" not in said
+
+
 def test_wandering_that_takes_over_an_effect_is_said():
     (said,) = stiller(("friction_drift",), 5.0, 2.0)
     assert said.startswith(
