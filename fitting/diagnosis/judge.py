@@ -54,6 +54,8 @@ CLEAN = 1.5
 REST = 0.3
 """and at most this share of the excess that the first leaves alone: what mends a shape mends it in part. What
 a second effect adds counts against no more than this share either."""
+HARDLY = 0.002
+"""A smaller share of the excess than this is no evidence for a second effect, however little the two leave."""
 SUFFICES = 0.01
 NEXT_TO_NOISE = 1.1
 """One effect suffices where it leaves less than this share of the excess, or less than this misfit;"""
@@ -178,7 +180,7 @@ def judge(
         if len(account.keys) == 1:
             logs.append(weight(account.misfit, price, PRIOR["single"] / len(shelf)))
         else:
-            needless = enough and account.misfit > clean
+            needless = alone < 1 + HARDLY * excess or (enough and account.misfit > clean)
             more = 0.0 if needless else evidence(account.misfit, soft) - evidence(alone, soft)
             logs.append(weight(alone, price, PRIOR["pair"] / pairs) + NESTED * more)
     logs = _levelled(names, logs, accounts, ALIKE * excess, aliases or {})

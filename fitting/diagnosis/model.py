@@ -95,9 +95,8 @@ class Job(NamedTuple):
     whitener: np.ndarray | None = None
 
 
-Rows = Callable[[int, int], Sequence[np.ndarray]]
+Rows = Callable[[int, int], Sequence[Sequence[slice]]]
 """Which rows of every array count, given how many samples lanes have and for how many there is room."""
-_LAST = np.arange(-OWN, 0)
 In = TypeVar("In")
 Out = TypeVar("Out")
 
@@ -225,10 +224,9 @@ class Model:
     def columns(self, jobs: Sequence[Job]) -> list[Columns]:
         """Residuals and derivatives of several jobs, all their packs shared among the cores."""
 
-        def rows(reach: int, room: int) -> Sequence[np.ndarray]:
-            samples = np.arange(reach)
-            read = np.concatenate([samples, room + samples, _LAST])
-            return read, read, samples
+        def rows(reach: int, room: int) -> Sequence[Sequence[slice]]:
+            read = slice(reach), slice(room, room + reach), slice(2 * room, 2 * room + OWN)
+            return read, read, [slice(reach)]
 
         found = self._in_packs(columns, jobs, rows)
         return [
@@ -242,7 +240,7 @@ class Model:
         """Displacement and friction as read, true velocity and friction of every lane, (lanes, samples)."""
         none = np.full((len(lanes), COLUMNS), -1)
         jobs = [Job(keys, lanes, np.asarray(lanes.start_deviation), coordinates, own, none)]
-        ((x, f, v, force),) = self._in_packs(prediction, jobs, lambda reach, room: 4 * [np.arange(reach)])
+        ((x, f, v, force),) = self._in_packs(prediction, jobs, lambda reach, room: 4 * [[slice(reach)]])
         return x, f, v, force
 
     @contextlib.contextmanager
@@ -296,7 +294,7 @@ class Model:
         tasks.sort(key=lambda task: task[1])
         attached = {job.keys: self._attached(job.keys) for job in jobs}
 
-        def run(task: tuple[int, int]) -> tuple[np.ndarray, ...]:
+        def run(task: tuple[int, int]) -> tuple[list[np.ndarray], ...]:
             number, first = task
             job = jobs[number]
             hypothesis, chart, own = attached[job.keys]
@@ -314,13 +312,13 @@ class Model:
             with jax.enable_x64(True):
                 out = program(hypothesis, chart, pack)
             kept = zip(out, rows(int(pace.reach), roomy.displacement.shape[1]), strict=True)
-            return tuple(np.asarray(leaf)[: count - first, own] for leaf, own in kept)
+            return tuple([np.asarray(leaf)[: count - first, part] for part in parts] for leaf, parts in kept)
 
         packs = self.side_by_side(run, tasks)
-        found: list[list[tuple[np.ndarray, ...]]] = [[] for _ in jobs]
+        found: list[list[tuple[list[np.ndarray], ...]]] = [[] for _ in jobs]
         for (number, _), pack in zip(tasks, packs, strict=True):
             found[number].append(pack)
-        return [[np.concatenate(parts) for parts in zip(*own, strict=True)] for own in found]
+        return [[_whole(parts) for parts in zip(*own, strict=True)] for own in found]
 
     def _with_room(self, lanes: Lanes) -> Lanes:
         """The lanes as programs take them; those of the last few benches are kept."""
@@ -333,6 +331,16 @@ class Model:
             while len(self._roomy) > KEPT:
                 self._roomy.popitem(last=False)
         return known[1]
+
+
+def _whole(packs: Sequence[Sequence[np.ndarray]]) -> np.ndarray:
+    """The parts (lanes, rows, ..) of every pack side by side, and the packs one after another."""
+    lanes, rows = sum(len(parts[0]) for parts in packs), sum(part.shape[1] for part in packs[0])
+    whole, first = np.empty((lanes, rows, *packs[0][0].shape[2:])), 0
+    for parts in packs:
+        np.concatenate(parts, axis=1, out=whole[first : first + len(parts[0])])
+        first += len(parts[0])
+    return whole
 
 
 def whitened(columns: Columns, whitener: np.ndarray | None, chosen: np.ndarray | None = None) -> Columns:

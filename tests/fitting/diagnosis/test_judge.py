@@ -293,6 +293,13 @@ def test_effects_that_no_record_tells_apart_are_answered_together():
     assert none.verdict == "none" and none.named == none.same == ()
 
 
+def test_next_to_nothing_of_a_large_gap_is_no_evidence_for_a_second_effect():
+    """A thousandth of it says that the first has not quite the shelf's shape; a hundredth, that two act."""
+    for alone, verdict in ((1.28, "effect"), (3.1, "several")):
+        two = [account(0, alone), account(1, 200.0), both(1.01)]
+        assert judge(212.0, two, SAMPLES, 1.5, SHELF).verdict == verdict
+
+
 def test_in_a_pair_too_an_effect_stands_for_its_class():
     """As it is where the other acts beside it, whatever it is alone."""
     classes = {(SHELF[0], SHELF[1]): (SHELF[3],), (SHELF[0],): (SHELF[4],), (SHELF[1],): (SHELF[4],)}
