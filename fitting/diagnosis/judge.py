@@ -40,7 +40,8 @@ SOFT = 0.03
 depend on the shape that an effect has on the shelf."""
 UNLISTED_SHARE = 0.15
 """The share of the excess that an effect off the shelf is taken to leave: a listed one that leaves far more
-is not the cause. It is taken to make friction steadier by all but this share, too."""
+is not the cause. It is taken to make friction steadier by all but this share of what the best does that is
+listed, too, and by no less than that where this leaves more."""
 NEARLY_BEST = 1.1
 NO_WORSE = 1.02
 """What steadier friction is worth counts for explanations that leave no more than so many times the least,
@@ -164,7 +165,8 @@ def judge(
     names = [NONE, UNLISTED]
     steady = _steadier(accounts, min(NEARLY_BEST * best, NO_WORSE * nominal))
     anything = Account((), unlisted, UNLISTED_PARAMETERS)
-    steady[anything.keys] = (1 - UNLISTED_SHARE) * max(steady.values(), default=0.0)
+    lacking = 0.0 if best > unlisted else UNLISTED_SHARE
+    steady[anything.keys] = (1 - lacking) * max(steady.values(), default=0.0)
     logs = [
         weight(nominal, 0, PRIOR[NONE]) - 0.5 * (excess / FLOOR) ** 2,
         weight(unlisted, anything.price(pieces) - steady[anything.keys], PRIOR[UNLISTED]),

@@ -300,6 +300,13 @@ def test_next_to_nothing_of_a_large_gap_is_no_evidence_for_a_second_effect():
         assert judge(212.0, two, SAMPLES, 1.5, SHELF).verdict == verdict
 
 
+def test_what_leaves_most_of_the_gap_is_not_named_for_steadier_friction():
+    """An effect off the shelf, which leaves less, would make friction no less steady."""
+    for left, verdict in ((2.04, "unlisted"), (1.05, "effect")):
+        steadier = dataclasses.replace(account(0, left), steadier=27.0)
+        assert judge(2.5, [steadier, account(1, 2.4)], SAMPLES, 1.5, SHELF).verdict == verdict
+
+
 def test_in_a_pair_too_an_effect_stands_for_its_class():
     """As it is where the other acts beside it, whatever it is alone."""
     classes = {(SHELF[0], SHELF[1]): (SHELF[3],), (SHELF[0],): (SHELF[4],), (SHELF[1],): (SHELF[4],)}
