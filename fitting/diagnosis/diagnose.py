@@ -6,6 +6,8 @@ import dataclasses
 import time
 from collections.abc import Sequence
 
+import numpy as np
+
 from fitting.account import joined
 from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution, attribute
@@ -16,7 +18,7 @@ from fitting.diagnosis.detection import limits
 from fitting.diagnosis.estimates import estimates
 from fitting.diagnosis.findings import Closure, Diagnosis, Trace
 from fitting.diagnosis.ground import Ground, ground, resolved
-from fitting.diagnosis.judge import NONE, UNLISTED, Judgement, refuted, weighed_again
+from fitting.diagnosis.judge import NONE, UNLISTED, Judgement, astray, refuted, weighed_again
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.other_contact import beside_a_pair, in_place_of_one_of_two
@@ -75,6 +77,9 @@ def diagnose(
     if chosen.words is None:
         chosen, found = in_place_of_one_of_two(chosen, bench, found, held, progress)
     problem, model, base = chosen.problem, chosen.model, chosen.ground
+    restless = found.judgement.verdict == "none" and _restless(chosen, found)
+    if restless:
+        found = dataclasses.replace(found, judgement=astray(found.judgement))
     named = _named(found)
     progress.stage("how far the gap shrinks", 3)
     shrunk = _shrunk(chosen, held, found, named, settings.seed)
@@ -107,7 +112,7 @@ def diagnose(
         verdict=judgement.verdict,
         named=judgement.named,
         probabilities=judgement.effects,
-        sentence=sentence(model, judgement, shrunk, where, wander_of(found.nominal)),
+        sentence=sentence(model, judgement, shrunk, where, wander_of(found.nominal), restless=restless),
         where=where,
         residual_force=force,
         candidates=listed,
@@ -136,6 +141,17 @@ def _named(found: Attribution) -> Explanation | None:
     """The explanation that the verdict rests on, the likeliest of what it names; None for nothing named."""
     taken = set(found.judgement.taken)
     return next((e for e in found.explanations if set(e.keys) == taken), None)
+
+
+def _restless(chosen: Chosen, found: Attribution) -> bool:
+    """Whether what does not repeat itself, by which the residuals are weighed, is more than friction that
+    wanders can be."""
+    scatter, point = chosen.ground.scatter, found.nominal.point
+    noises = [s.friction_noise for s in chosen.problem.chosen if s.friction_noise is not None]
+    if scatter is None or not noises:
+        return False
+    level = sum(chosen.model.values(point.coordinates, ("A", "C")).values())
+    return scatter.restless(float(np.median(noises)), wander_of(found.nominal) / 100 * level)
 
 
 def _confirmed(found: Attribution, named: Explanation, shrunk: Closure) -> Judgement:

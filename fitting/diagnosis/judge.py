@@ -56,7 +56,7 @@ REST = 0.3
 """and at most this share of the excess that the first leaves alone: what mends a shape mends it in part. What
 a second effect adds counts against no more than this share either."""
 HARDLY = 0.002
-"""A smaller share of the excess than this is no evidence for a second effect, however little the two leave."""
+"""A smaller share of the excess is no evidence for a second effect, however little the two leave."""
 SUFFICES = 0.01
 NEXT_TO_NOISE = 1.1
 """One effect suffices where it leaves less than this share of the excess, or less than this misfit;"""
@@ -271,8 +271,9 @@ def refuted(judgement: Judgement, heir: str = UNLISTED) -> Judgement:
 
 
 def astray(judgement: Judgement) -> Judgement:
-    """The judgement where segments go astray although the rest shows no gap: whatever acts in these, it is
-    not nothing. What was likely of "none" is so of "unlisted", but for a tenth."""
+    """The judgement where segments go astray although the rest shows no gap, or scatter more than friction
+    that wanders can: whatever acts in these, it is not nothing. What was likely of "none" is so of
+    "unlisted", but for a tenth."""
     explanations = dict(judgement.explanations)
     rest = (1 - REFUTED) * explanations[NONE]
     explanations[NONE] -= rest

@@ -27,6 +27,12 @@ LINKED = 1.3
 """Where the displacement, freed of what the friction force says, scatters by more than so many times as much
 as before, it is not friction that moves it."""
 
+RESTLESS = 3.0
+"""Friction that scatters within segments by more than so many times the noise of its sensor,"""
+WITHIN = 3.0
+"""and by more than so many times what it wanders by from one segment to the next, does not wander: the mean
+of a segment, a natural period long, would change as well, were its memory as long as a twentieth of that."""
+
 
 Variances = dict[str, tuple[float, float]]
 """Mean squares of displacement and friction by phase of the motion, in units of the noise, 1 at least."""
@@ -48,6 +54,12 @@ class Scatter:
         """How many times the noise displacement and friction scatter in the phase where each does most."""
         displacement, friction = zip(*self.variances.values(), strict=True)
         return math.sqrt(max(displacement)), math.sqrt(max(friction))
+
+    def restless(self, noise: float, wander: float) -> bool:
+        """Whether friction scatters more within segments than friction does that wanders. `noise`, that of
+        its sensor, and `wander`, its standard deviation from segment to segment, in the same unit."""
+        times = self.most()[1]
+        return times > RESTLESS and times * noise > WITHIN * wander
 
     @classmethod
     def of(cls, model: Model, bench: Bench, point: Point, period: float) -> Scatter:

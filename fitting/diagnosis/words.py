@@ -30,14 +30,28 @@ MUCH = 1.0
 """Friction that wanders by more than so many percent is part of the verdict."""
 
 
-def sentence(model: Model, judgement: Judgement, shrunk: Closure, where: Where, wander: float = 0.0) -> str:
-    """The verdict in one sentence. `wander`: by how many percent friction wanders under the nominal model."""
+def sentence(
+    model: Model,
+    judgement: Judgement,
+    shrunk: Closure,
+    where: Where,
+    wander: float = 0.0,
+    *,
+    restless: bool = False,
+) -> str:
+    """The verdict in one sentence. `wander`: by how many percent friction wanders under the nominal model;
+    `restless`: whether what does not repeat itself is all there is, and more than that can be."""
     titles = [_title(model, key) for key in judgement.named]
     if judgement.verdict == "none":
         far = f", if friction may wander by {wander:.2g} % from segment to segment" if wander > MUCH else ""
         return (
             f"The records agree with the simulator within their noise{far}: no effect on the shelf is called "
             "for."
+        )
+    if judgement.verdict == "unlisted" and restless:
+        return (
+            "No effect on the shelf explains what does not repeat itself from cycle to cycle, and it is no "
+            f"friction that wanders: from segment to segment that changes by {wander:.2g} % only."
         )
     if judgement.verdict == "unlisted":
         share = ", ".join(f"{100 * v:.0f} % in {name}" for name, v in _largest(where.phase, 2))

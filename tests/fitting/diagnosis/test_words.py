@@ -54,6 +54,14 @@ def test_none_is_said_with_what_friction_has_to_do_for_it(diagnosis, wander, con
     assert ("wander" in said) == bool(condition)
 
 
+def test_what_is_more_than_friction_that_wanders_is_said(diagnosis):
+    model: Any = None
+    judgement = Judgement({"unlisted": 1.0}, {}, "unlisted", (), {}, {})
+    said = sentence(model, judgement, diagnosis.closure, diagnosis.where, 0.012, restless=True)
+    assert "no friction that wanders" in said and "changes by 0.012 % only" in said
+    assert "times the noise" in sentence(model, judgement, diagnosis.closure, diagnosis.where, 0.012)
+
+
 @pytest.mark.parametrize(
     ("closed", "before", "steadier", "said"),
     [
