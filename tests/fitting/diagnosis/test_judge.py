@@ -321,7 +321,7 @@ def test_in_a_pair_too_an_effect_stands_for_its_class():
 def test_a_class_is_not_outweighed_for_being_shared():
     """Three names of one cause count as that one against "unlisted"."""
     classes = {(SHELF[0],): (SHELF[3], SHELF[4])}
-    close = [account(0, 2.1), account(1, 6.0)]
+    close = [account(0, 1.8), account(1, 6.0)]
     assert judge(9.0, close, SAMPLES, 1.5, SHELF).verdict == "effect"
     assert judge(9.0, close, SAMPLES, 1.5, SHELF, classes=classes).verdict == "ambiguous"
 

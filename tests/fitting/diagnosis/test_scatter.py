@@ -72,5 +72,5 @@ def test_friction_that_wanders_does_so_from_segment_to_segment_too():
     """Unless it forgets from one sample to the next; and noise alone does not count."""
     bursts = Scatter({"stick": (1.0, 2.0), "slip": (50.0, 144.0)}, None, PERIOD)
     assert bursts.restless(noise=0.06, wander=1e-4)
-    assert not bursts.restless(noise=0.06, wander=0.2)
+    assert not bursts.restless(noise=0.06, wander=0.3)
     assert not Scatter({"slip": (1.0, 2.0)}, None, PERIOD).restless(noise=0.06, wander=1e-4)
