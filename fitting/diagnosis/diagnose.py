@@ -6,8 +6,6 @@ import dataclasses
 import time
 from collections.abc import Sequence
 
-import numpy as np
-
 from fitting.account import joined
 from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution, attribute
@@ -24,6 +22,8 @@ from fitting.diagnosis.model import Model
 from fitting.diagnosis.other_contact import beside_a_pair, in_place_of_one_of_two
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
+from fitting.diagnosis.repeatability import wander_of
+from fitting.diagnosis.scatter import restless
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import (
     Split,
@@ -36,7 +36,7 @@ from fitting.diagnosis.shrink import (
     worsens,
 )
 from fitting.diagnosis.turns import surveyed
-from fitting.diagnosis.words import advice, notes, refutation, sentence, steps_taken, wander_of
+from fitting.diagnosis.words import advice, notes, refutation, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
 from fitting.segments import Segment
@@ -77,8 +77,8 @@ def diagnose(
     if chosen.words is None:
         chosen, found = in_place_of_one_of_two(chosen, bench, found, held, progress)
     problem, model, base = chosen.problem, chosen.model, chosen.ground
-    restless = found.judgement.verdict == "none" and _restless(chosen, found)
-    if restless:
+    unsteady = found.judgement.verdict == "none" and restless(problem, model, found.nominal, base.scatter)
+    if unsteady:
         found = dataclasses.replace(found, judgement=astray(found.judgement))
     named = _named(found)
     progress.stage("how far the gap shrinks", 3)
@@ -112,7 +112,7 @@ def diagnose(
         verdict=judgement.verdict,
         named=judgement.named,
         probabilities=judgement.effects,
-        sentence=sentence(model, judgement, shrunk, where, wander_of(found.nominal), restless=restless),
+        sentence=sentence(model, judgement, shrunk, where, wander_of(found.nominal), restless=unsteady),
         where=where,
         residual_force=force,
         candidates=listed,
@@ -141,17 +141,6 @@ def _named(found: Attribution) -> Explanation | None:
     """The explanation that the verdict rests on, the likeliest of what it names; None for nothing named."""
     taken = set(found.judgement.taken)
     return next((e for e in found.explanations if set(e.keys) == taken), None)
-
-
-def _restless(chosen: Chosen, found: Attribution) -> bool:
-    """Whether what does not repeat itself, by which the residuals are weighed, is more than friction that
-    wanders can be."""
-    scatter, point = chosen.ground.scatter, found.nominal.point
-    noises = [s.friction_noise for s in chosen.problem.chosen if s.friction_noise is not None]
-    if scatter is None or not noises:
-        return False
-    level = sum(chosen.model.values(point.coordinates, ("A", "C")).values())
-    return scatter.restless(float(np.median(noises)), wander_of(found.nominal) / 100 * level)
 
 
 def _confirmed(found: Attribution, named: Explanation, shrunk: Closure) -> Judgement:

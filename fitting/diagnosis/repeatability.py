@@ -28,6 +28,11 @@ A_GOOD_DEAL = 0.002
 """Friction that wanders by less, as a share of itself, hides nothing and scatters little."""
 
 
+def wander_of(fit: Refit) -> float:
+    """By how many percent friction wanders from segment to segment (standard deviation)."""
+    return 100 * math.sqrt(fit.misfit) * float(np.hypot(*fit.point.widths))
+
+
 def wanders(fit: Refit) -> bool:
     """Whether a hypothesis lets friction wander by a good deal."""
     return float(fit.point.widths.max()) * math.sqrt(fit.misfit) > A_GOOD_DEAL

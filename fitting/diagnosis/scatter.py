@@ -17,9 +17,10 @@ from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.linked import whitener
 from fitting.diagnosis.model import Columns, Model, whitened
 from fitting.diagnosis.phases import phases_of
-from fitting.diagnosis.refit import job, misfit_of
-from fitting.diagnosis.repeatability import FEWEST, differences, successive
+from fitting.diagnosis.refit import Refit, job, misfit_of
+from fitting.diagnosis.repeatability import FEWEST, differences, successive, wander_of
 from fitting.diagnosis.wander import OWN
+from fitting.problem import Problem
 
 AROUND = 7
 """So many samples."""
@@ -54,12 +55,6 @@ class Scatter:
         """How many times the noise displacement and friction scatter in the phase where each does most."""
         displacement, friction = zip(*self.variances.values(), strict=True)
         return math.sqrt(max(displacement)), math.sqrt(max(friction))
-
-    def restless(self, noise: float, wander: float) -> bool:
-        """Whether friction scatters more within segments than friction does that wanders. `noise`, that of
-        its sensor, and `wander`, its standard deviation from segment to segment, in the same unit."""
-        times = self.most()[1]
-        return times > RESTLESS and times * noise > WITHIN * wander
 
     @classmethod
     def of(cls, model: Model, bench: Bench, point: Point, period: float) -> Scatter:
@@ -105,6 +100,17 @@ class Scatter:
         for name, mask in phases.items():
             variance[mask] = variances[name]
         return np.sqrt(maximum_filter1d(variance, AROUND, axis=1, mode="nearest"))
+
+
+def restless(problem: Problem, model: Model, nominal: Refit, scatter: Scatter | None) -> bool:
+    """Whether friction scatters more within segments than friction does that wanders, to judge by what it
+    does from one to the next under the nominal model."""
+    noises = [signal.friction_noise for signal in problem.chosen if signal.friction_noise is not None]
+    if scatter is None or not noises:
+        return False
+    times = scatter.most()[1]
+    level = sum(model.values(nominal.point.coordinates, ("A", "C")).values())
+    return times > RESTLESS and bool(times * np.median(noises) > WITHIN * wander_of(nominal) / 100 * level)
 
 
 def _unrepeated(bench: Bench, columns: Columns, phases: Phases) -> Variances:

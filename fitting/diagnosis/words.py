@@ -15,7 +15,7 @@ from fitting.diagnosis.findings import Closure, Where
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.judge import Judgement, alternatives
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Refit
+from fitting.diagnosis.repeatability import wander_of
 from fitting.diagnosis.shrink import LEAST_REDUCIBLE, NOTABLE_STEADINESS, Split
 from fitting.problem import Problem
 
@@ -214,11 +214,6 @@ def notes(
             "acts as well, or the effect has another shape than on the shelf."
         )
     return tuple(out)
-
-
-def wander_of(fit: Refit) -> float:
-    """By how many percent friction wanders from segment to segment (standard deviation)."""
-    return 100 * math.sqrt(fit.misfit) * float(np.hypot(*fit.point.widths))
 
 
 def stiller(named: Sequence[str], before: float, after: float) -> list[str]:

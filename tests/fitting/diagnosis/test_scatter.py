@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from fitting.diagnosis.refit import job
-from fitting.diagnosis.scatter import Scatter
+from fitting.diagnosis.scatter import Scatter, restless
 from fitting.diagnosis.wander import OWN
 from jaxstick.parts.drive import SineDrive
 from tests.fitting.diagnosis.grounded import from_the_truth, laid_out
@@ -68,9 +70,21 @@ def test_records_that_only_carry_noise_stay_as_they_are(unsteady):
     assert all(variance < 2 for pair in scatter.variances.values() for variance in pair)
 
 
-def test_friction_that_wanders_does_so_from_segment_to_segment_too():
-    """Unless it forgets from one sample to the next; and noise alone does not count."""
-    bursts = Scatter({"stick": (1.0, 2.0), "slip": (50.0, 144.0)}, None, PERIOD)
-    assert bursts.restless(noise=0.06, wander=1e-4)
-    assert not bursts.restless(noise=0.06, wander=0.3)
-    assert not Scatter({"slip": (1.0, 2.0)}, None, PERIOD).restless(noise=0.06, wander=1e-4)
+@pytest.mark.parametrize(
+    ("times", "widths", "noise", "said"),
+    [
+        (12.0, (1e-6, 1e-6), 0.06, True),
+        (12.0, (0.05, 0.01), 0.06, False),
+        (12.0, (0.05, 0.01), 0.6, True),
+        (1.4, (1e-6, 1e-6), 0.06, False),
+        (12.0, (1e-6, 1e-6), None, False),
+    ],
+)
+def test_friction_that_wanders_does_so_from_segment_to_segment_too(times, widths, noise, said):
+    """Unless it forgets from one sample to the next; noise alone does not count, nor do missing records."""
+    scatter = Scatter({"stick": (1.0, 1.1), "slip": (50.0, times**2)}, None, PERIOD)
+    problem: Any = SimpleNamespace(chosen=[SimpleNamespace(friction_noise=noise)])
+    model: Any = SimpleNamespace(values=lambda coordinates, names: {"A": 1.5, "C": 6.0})
+    nominal: Any = SimpleNamespace(misfit=1.0, point=SimpleNamespace(coordinates=None, widths=widths))
+    assert restless(problem, model, nominal, scatter) is said
+    assert not restless(problem, model, nominal, None)
