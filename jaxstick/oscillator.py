@@ -94,7 +94,7 @@ class Oscillator(eqx.Module):
         """The state at time `t` [s] of a motion that begins as `start` says."""
         excitation = self.drive.at(t)
         motion = self.motion(t, excitation, start.displacement, start.velocity, 0.0)
-        motion = motion._replace(slid=start.slid, track=start.track)
+        motion = motion._replace(slid=start.slid, held=start.friction, track=start.track)
         rig, law = self.rig.initial(motion), self.friction.initial(motion)
         approach = Approach(start.friction, motion.slide_rate, start.rest, start.slid)
         traction = self.traction(law, motion)

@@ -178,6 +178,31 @@ def test_a_guide_that_a_sliding_mass_has_come_to_rest_on_still_pushes_back(slid:
     assert float(held) == pytest.approx(-slid * 0.5)
 
 
+def test_a_guide_yields_while_the_mass_sticks_and_is_picked_up_there() -> None:
+    """The contact spring gives way by more than the guide's deflection while its force turns round. A motion
+    picked up in the middle of that goes on as the whole one does."""
+    force, deflection, interval = 0.5, 2e-5, 1e-3
+    rubbed = with_effect(NOMINAL, "guide_friction", force=force, deflection=deflection)
+    rubbed = dataclasses.replace(rubbed, drive=SineDrive(0.6, 10.325e-3))
+    run = simulated(rubbed, samples=3000)
+    share, sense = np.zeros(len(run.x)), np.zeros(len(run.x))
+    for i in range(1, len(run.x)):
+        share[i] = np.clip(share[i - 1] + (run.x[i] - run.x[i - 1]) / deflection, -1, 1)
+        sense[i] = np.sign(run.v[i]) if abs(run.v[i]) > 5e-3 else sense[i - 1]
+    within = np.flatnonzero((np.abs(share) < 0.8) & (np.arange(len(run.x)) > 1500))[:-60]
+    assert len(within) > 200
+    state = jax.vmap(
+        lambda x, v, f, slid: rubbed.initial(jnp.zeros(()), Start(x, v, f, slid=slid)).rig[1].share
+    )(*(jnp.asarray(values[within]) for values in (run.x, run.v, run.force, sense)))
+    assert np.abs(np.asarray(state) - share[within]).mean() < 0.2
+    for i in within[:: len(within) // 4]:
+        start = Start(*(float(part[i]) for part in (run.x, run.v, run.force)), slid=float(sense[i]))
+        on = simulate(
+            rubbed, samples=60, interval=interval, steps_per_sample=10, start=start, start_time=i * interval
+        )
+        assert np.abs(np.asarray(on.force) - run.force[i : i + 60]).max() < 0.6 * force
+
+
 def test_damping_to_the_base_is_the_rig_s_own() -> None:
     built_in = replace(NOMINAL, {"rig.drive_damping": 1.3})
     attached = with_effect(NOMINAL, "base_relative_damping", damping=1.3)
