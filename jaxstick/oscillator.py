@@ -94,16 +94,27 @@ class Oscillator(eqx.Module):
         """The state at time `t` [s] of a motion that begins as `start` says."""
         excitation = self.drive.at(t)
         motion = self.motion(t, excitation, start.displacement, start.velocity, 0.0)
-        motion = motion._replace(slid=start.slid, held=start.friction, track=start.track)
-        rig, law = self.rig.initial(motion), self.friction.initial(motion)
-        approach = Approach(start.friction, motion.slide_rate, start.rest, start.slid)
+        motion = motion._replace(slid=start.slid, track=start.track)
+        law = self.friction.initial(motion)
         traction = self.traction(law, motion)
+        motion = motion._replace(since=self._since_rest(motion, start, traction))
+        rig = self.rig.initial(motion)
+        approach = Approach(start.friction, motion.slide_rate, start.rest, start.slid)
         friction, contact = self.contact.initial(approach, traction)
         motion = motion._replace(track=None, a=(self.rig.force(rig, motion) + friction) / self.rig.inertia())
         rate = self._friction_rate(motion, self.rig.surface(excitation), rig, contact, traction)
         past = Past(rate, start.impulse, start.recorded)
         instrument = self.instrument.initial(motion, friction, past)
         return State(start.displacement, start.velocity, friction, contact, rig, law, instrument)
+
+    def _since_rest(self, motion: Motion, start: Start, traction: Traction) -> Scalar:
+        """How far the mass has moved since it came to rest [m]: by as much as the contact spring has given
+        way since the friction force was at its limit."""
+        slid = jnp.asarray(start.slid)
+        direction = jnp.where(slid < 0, -1.0, 1.0)
+        sticks = jnp.abs(start.friction) < traction.limit(motion.slide_rate, direction)
+        given = -(jnp.abs(slid) * start.friction + slid * traction.limit(0.0, direction)) / self.contact.k1
+        return jnp.where(sticks, given, 0.0)
 
     def _friction_rate(
         self, motion: Motion, surface: Surface, rig: Any, contact: Any, traction: Traction

@@ -12,7 +12,6 @@ from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter
 from jaxstick.parts.added_force import AbstractAddedForce
-from jaxstick.parts.friction import AbstractFriction
 from jaxstick.parts.motion import Motion, Scalar
 from jaxstick.parts.rig import AbstractRig
 
@@ -54,8 +53,7 @@ class GuideFriction(AbstractEffect):
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        compliance = 1 / oscillator.contact.k1
-        rubbing = _Rubbing(oscillator.rig, self.force, 1 / self.deflection, compliance, oscillator.friction)
+        rubbing = _Rubbing(oscillator.rig, self.force, 1 / self.deflection)
         return dataclasses.replace(oscillator, rig=rubbing)
 
 
@@ -67,24 +65,14 @@ class _Yield(NamedTuple):
 
 
 class _Rubbing(AbstractAddedForce):
-    """At the start the share is that of a mass which slides, or has come to rest when its friction force was
-    the limit of its `law` and has since moved by as much as the contact spring (`compliance` [m/N]) has given
-    way."""
+    """At the start the share is that of a mass which slides, or has moved on from where it came to rest."""
 
     inner: AbstractRig
     strength: Scalar
     per_metre: Scalar
-    compliance: Scalar
-    law: AbstractFriction
 
     def begin(self, motion: Motion) -> Any:
-        state, direction = self.law.initial(motion), jnp.where(motion.slid < 0, -1.0, 1.0)
-        now, at_rest = (
-            self.law.limit(state, motion._replace(slide_rate=rate, direction=direction))
-            for rate in (motion.slide_rate, 0.0)
-        )
-        given = -self.compliance * (jnp.abs(motion.slid) * motion.held + motion.slid * at_rest)
-        share = motion.slid + self.per_metre * jnp.where(jnp.abs(motion.held) < now, given, 0.0)
+        share = motion.slid + self.per_metre * motion.since
         return _Yield(jnp.clip(share, -1.0, 1.0), motion.x)
 
     def carry(self, memory: _Yield, motion: Motion, step: Scalar) -> Any:

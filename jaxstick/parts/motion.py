@@ -18,7 +18,8 @@ class Motion(NamedTuple):
     y_acceleration those of the base; u applied force [N]; slide displacement of the mass over the surface it
     rubs on [m], slide_rate its rate [m/s]; direction the sense in which the contact is loaded, +1 or -1.
     At the beginning alone: slid, the sense in which the mass slid last, 0 where it did not or that is not
-    known; held, the friction force on the mass [N]; track, where it has been, None where that is not known.
+    known; track, where it has been, None where that is not known; since, how far it has moved from where it
+    came to rest [m], 0 where it slides or that is not known.
     """
 
     t: Scalar
@@ -33,5 +34,5 @@ class Motion(NamedTuple):
     slide_rate: Scalar
     direction: Scalar
     slid: Scalar = 0.0
-    held: Scalar = 0.0
     track: Track | None = None
+    since: Scalar = 0.0
