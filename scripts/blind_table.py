@@ -1,6 +1,6 @@
 """A record of a blind run as tables in Markdown: its figures by tier, and how often each effect was named.
 
-python -m scripts.blind_table data/blind/strong-54/score.json
+python -m scripts.blind_table data/blind/strong-84/score.json
 """
 
 from __future__ import annotations
