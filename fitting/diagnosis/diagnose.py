@@ -140,7 +140,7 @@ def diagnose(
 def _named(found: Attribution) -> Explanation | None:
     """The explanation that the verdict rests on, the likeliest of what it names; None for nothing named."""
     taken = set(found.judgement.taken)
-    return next((e for e in found.explanations if set(e.keys) == taken), None)
+    return next(e for e in found.explanations if set(e.keys) == taken) if taken else None
 
 
 def _confirmed(found: Attribution, named: Explanation, shrunk: Closure) -> Judgement:
