@@ -5,16 +5,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import NOTABLE, carried, free_under
 from fitting.diagnosis.contest import Explanation, best_of
 from fitting.diagnosis.findings import Yardstick
 from fitting.diagnosis.judge import (
-    Account,
     Judgement,
     astray,
     hints,
@@ -49,7 +49,7 @@ the displacement is freed of it."""
 class Attribution:
     """The nominal model's refit, the explanations (best first), the screening that led to them, the
     judgement; by how much scores vary more than white noise, and the misfit that no model can get below, for
-    it does not repeat itself from cycle to cycle."""
+    it does not repeat itself from cycle to cycle; and what the judgement rests on."""
 
     nominal: Refit
     explanations: tuple[Explanation, ...]
@@ -58,11 +58,14 @@ class Attribution:
     inflation: float
     floor: float
     samples: float
+    accounts: tuple[Account, ...]
+    aliases: Mapping[str, Sequence[str]]
 
     @property
     def yardstick(self) -> Yardstick:
         """What misfits are judged against."""
-        return Yardstick(self.nominal.misfit, self.floor, self.samples, self.inflation)
+        nominal = self.nominal.misfit
+        return Yardstick(nominal, self.floor, self.samples, self.inflation, self.accounts, self.aliases)
 
     @property
     def lost(self) -> float:
@@ -136,20 +139,21 @@ def _weighed(
     found = sorted(found, key=lambda explanation: explanation.refit.misfit)
     floor = min(floor, floor_of(model, bench, [found[0].refit]))
     samples = float(bench.dof().sum())
-    accounts = [account(model, bench, nominal, e, floor) for e in found]
+    accounts = tuple(account(model, bench, nominal, e, floor) for e in found)
+    alike = aliases(model, first)
     judgement = judge(
         nominal.misfit / floor,
         accounts,
         samples,
         inflation,
         list(model.shelf.effects),
-        aliases(model, first),
+        alike,
         classes(
             {key: effect.traces for key, effect in model.shelf.effects.items()},
             {frozenset(e.keys): e.refit.misfit for e in found},
         ),
     )
-    made = Attribution(nominal, tuple(found), first, judgement, inflation, floor, samples)
+    made = Attribution(nominal, tuple(found), first, judgement, inflation, floor, samples, accounts, alike)
     return dataclasses.replace(made, judgement=astray(judgement)) if made.lost > LOST else made
 
 

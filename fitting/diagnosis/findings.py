@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
 
 from fitting.correction import Correction
+from fitting.diagnosis.accounts import Account
 from fitting.result import Constant
 from jaxstick.effect import Card
 
@@ -166,12 +167,15 @@ class Trace:
 @dataclasses.dataclass(frozen=True)
 class Yardstick:
     """What misfits were judged against: the nominal model's own, the one that no model gets below, the
-    degrees of freedom, and by how much scores vary more from segment to segment than white noise says."""
+    degrees of freedom, and by how much scores vary more from segment to segment than white noise says; the
+    accounts of all explanations, and what looks like an effect in these records."""
 
     nominal: float
     floor: float
     samples: float
     inflation: float
+    accounts: tuple[Account, ...] = ()
+    aliases: Mapping[str, Sequence[str]] = dataclasses.field(default_factory=dict)
 
 
 @dataclasses.dataclass(frozen=True)

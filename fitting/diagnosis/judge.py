@@ -19,6 +19,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
+from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.findings import Verdict
 from fitting.diagnosis.one_class import Classes, shared
 
@@ -86,25 +87,6 @@ TOLD_APART = 2
 the choice between more is none."""
 
 NONE, UNLISTED = "none", "unlisted"
-
-
-@dataclasses.dataclass(frozen=True)
-class Account:
-    """One explanation's account: its effects, misfit, the number of its parameters that all runs share, and
-    how many more belong to one run each, of so many runs; and by how much steadier it makes friction
-    (logarithm of a likelihood ratio)."""
-
-    keys: tuple[str, ...]
-    misfit: float
-    parameters: int
-    of_one_run: float = 0.0
-    runs: int = 1
-    steadier: float = 0.0
-
-    def price(self, pieces: float) -> float:
-        """What its parameters cost, each by the pieces of evidence that it is found from."""
-        apart = self.of_one_run * math.log(max(pieces / self.runs, 1.0))
-        return 0.5 * (self.parameters * math.log(pieces) + apart)
 
 
 @dataclasses.dataclass(frozen=True)

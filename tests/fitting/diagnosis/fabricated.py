@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from fitting.correction import Correction
+from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.findings import (
     Candidate,
     Closure,
@@ -116,7 +117,9 @@ def fabricated(cycles: float = 5.0, rate: float = 500.0) -> tuple[Diagnosis, Dat
         limits=_limits(),
         others=_others(1.004),
         others_before=_others(0.992),
-        yardstick=Yardstick(46.6, 1.0, 14210.0, 3.0),
+        yardstick=Yardstick(
+            46.6, 1.0, 14210.0, 3.0, (Account((TRUTH,), 1.02, 2, steadier=0.5),), {TRUTH: ["force_delay"]}
+        ),
     )
     return diagnosis, dataset
 

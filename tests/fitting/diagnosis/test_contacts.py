@@ -8,11 +8,12 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import pytest
 
+from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.attribute import Attribution, on_another_contact
 from fitting.diagnosis.contacts import Chosen, carried, choose_contact
 from fitting.diagnosis.contest import Explanation
 from fitting.diagnosis.ground import Ground
-from fitting.diagnosis.judge import Account, judge
+from fitting.diagnosis.judge import judge
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
@@ -98,10 +99,10 @@ def test_a_strong_effect_does_not_hide_the_contact():
 
     seen = screen(model, base.bench, nominal, shapes=[])
     promise = next(p for p in seen.promises if p.key == "force_gain")
-    judgement = judge(nominal.misfit, [Account((promise.key,), gained.misfit, 1)], 1e4, 1.0, seen.keys)
-    before = Attribution(
-        nominal, (Explanation((promise.key,), promise, gained),), seen, judgement, 1.0, 1.0, 1e4
-    )
+    accounts = (Account((promise.key,), gained.misfit, 1),)
+    judgement = judge(nominal.misfit, accounts, 1e4, 1.0, seen.keys)
+    only = (Explanation((promise.key,), promise, gained),)
+    before = Attribution(nominal, only, seen, judgement, 1.0, 1.0, 1e4, accounts, {})
     again = on_another_contact(model, base.bench, before, chosen.model)
     assert gained.misfit > 2 and again.explanations[0].refit.misfit < 1.3
     assert again.judgement.named[0] == "force_gain"

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.judge import (
     LEAST_INFLATION,
-    Account,
     alternatives,
     astray,
     hints,
