@@ -30,12 +30,14 @@ from fitting.diagnosis.release import borrowed, released
 from fitting.diagnosis.repeatability import floor_of, wanders
 from fitting.diagnosis.screen import Screen, screen
 from fitting.diagnosis.steadiness import steadier
-from fitting.diagnosis.survey import STRONG, Survey, aliases, freed
+from fitting.diagnosis.survey import Survey, aliases, freed
 from fitting.progress import Progress
 
 PROMISING = 20.0
 """Where what one effect leaves passes for noise, a second is sought only if its score is so many times what
 scores vary by: where only few segments show it, no score can be."""
+MORE_THAN_ONE = 0.8
+"""Contacts are tried beside two effects that leave less than this share of what one leaves."""
 CARRIED = 8
 """So many explanations are fitted once more under a contact that the best of them asks for."""
 LOST = 0.05
@@ -80,12 +82,12 @@ class Attribution:
 
     @property
     def asks_for_a_contact(self) -> bool:
-        """Whether two effects explain far more than one, beside which contacts have been tried, and still
-        leave notably more than what no model gets below."""
+        """Whether two effects explain more than one, beside which contacts have been tried, and still leave
+        notably more than what no model gets below."""
         best, *others = self.explanations
         left = best.refit.misfit - self.floor
         alone = min((e.refit.misfit - self.floor for e in others if len(e.keys) == 1), default=math.inf)
-        return len(best.keys) > 1 and NOTABLE * self.floor < left < STRONG * alone
+        return len(best.keys) > 1 and NOTABLE * self.floor < left < MORE_THAN_ONE * alone
 
 
 def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> Attribution:

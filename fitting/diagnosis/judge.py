@@ -48,6 +48,9 @@ NEARLY_BEST = 1.1
 NO_WORSE = 1.02
 """What steadier friction is worth counts for explanations that leave no more than so many times the least,
 and than so many times what none leaves: the search for one that leaves more has ended elsewhere."""
+BOTH = 0.5
+"""The share that counts of what friction is steadier under two effects than under the better of them: a
+second effect that mends the shape of the first keeps friction steadier, too."""
 OTHER_SHAPE = 0.015
 """The share of the excess that the right effect may leave because it has another shape than on the shelf:
 what a second effect makes of no more than that is no evidence for it, unless the two leave hardly more
@@ -213,14 +216,16 @@ def _same(taken: tuple[str, ...], classes: Classes) -> dict[str, tuple[str, ...]
 
 def _steadier(accounts: Sequence[Account], most: float) -> dict[tuple[str, ...], float]:
     """What steadier friction is worth to every account: nothing where it leaves more than `most`, for what is
-    left bends levels; to two effects no more than to the better of them alone; and to an effect that leaves
-    more, as much as to two of which it is one, for that does not tell it from them."""
+    left bends levels; to two effects as much as to the better of them alone and a share of what is beyond
+    that; and to an effect that leaves more, as much as to two of which it is one, for that does not tell it
+    from them."""
     alone = {account.keys[0]: account.steadier for account in accounts if len(account.keys) == 1}
-    near = {
-        account.keys: min(account.steadier, max(alone.get(key, 0.0) for key in account.keys))
-        for account in accounts
-        if account.misfit <= most
-    }
+
+    def worth(account: Account) -> float:
+        better = max(alone.get(key, 0.0) for key in account.keys)
+        return min(account.steadier, better) + BOTH * max(account.steadier - better, 0.0)
+
+    near = {account.keys: worth(account) for account in accounts if account.misfit <= most}
     part = {
         (key,): min(steadier, max((near[keys] for keys in near if key in keys), default=0.0))
         for key, steadier in alone.items()

@@ -6,7 +6,16 @@ import dataclasses
 
 from fitting.diagnosis.attribute import Attribution, on_another_contact
 from fitting.diagnosis.bench import Bench
-from fitting.diagnosis.contacts import WORTH_TRYING, Chosen, choose_contact, concerns_contact
+from fitting.diagnosis.contacts import (
+    WORTH_TRYING,
+    Chosen,
+    carried,
+    choose_contact,
+    concerns_contact,
+    free_under,
+)
+from fitting.diagnosis.contest import Explanation
+from fitting.diagnosis.model import Model
 from fitting.diagnosis.shrink import Split
 from fitting.diagnosis.survey import Survey, survey
 from fitting.progress import Progress
@@ -31,13 +40,24 @@ def beside_single_effects(
     other = choose_contact(paper, bench, held.fitted, fits, seen.floor, progress)
     if other.words is None:
         return paper, seen
-    again = survey(other.model, bench, other.ground.point.take(held.fitted), other.ground.begins, progress)
+    known = [_moved(explanation, paper.model, other.model) for explanation in seen.found]
+    point, begins = other.ground.point.take(held.fitted), other.ground.begins
+    again = survey(other.model, bench, point, begins, progress, known)
     if seen.suffices:
         explains = again.nominal.misfit < seen.least
     else:
         floor = min(seen.floor, again.floor)
         explains = again.least - floor < other.preferred * (seen.least - floor)
     return (other, again) if explains else (paper, seen)
+
+
+def _moved(found: Explanation, model: Model, other: Model) -> Explanation:
+    """An explanation where it would begin under another contact; its misfit is still that under the first."""
+    fit = found.refit
+    begins = dataclasses.replace(
+        fit, point=carried(fit.point, model, other), free=free_under(fit, model, other)
+    )
+    return dataclasses.replace(found, refit=begins)
 
 
 def in_place_of_one_of_two(

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contest import Explanation, best_of, contest
 from fitting.diagnosis.judge import hints
 from fitting.diagnosis.model import Model
@@ -80,18 +80,24 @@ def with_still_friction(
     Pairs are among them where friction wanders even under the leader, the best explanation so far, which may
     then owe to its wandering what a second effect does.
     """
-    own = nominal.point.own.copy()
-    own[:, START:] = 0.0
-    point = dataclasses.replace(nominal.point, own=own, widths=np.full(OWN - START, LEAST))
-    (still,) = refit(model, bench, [point], [nominal.free], wander=False)
+    begins = [_kept_still(fit.point) for fit in (nominal, leader.refit)]
+    still, alone = refit(model, bench, begins, [nominal.free, leader.refit.free], wander=False)
     promises = screen(model, bench, still, shapes=shapes).ranked[:FINALISTS]
     found = contest(model, bench, still, promises, FINALISTS, progress, wander=False)
+    found = best_of([*found, dataclasses.replace(leader, refit=alone)])
     best = min(found, key=lambda e: e.refit.misfit).refit
     if wanders(leader.refit) and hints(still.misfit, best.misfit):
         seconds = screen(model, bench, best, shapes=shapes).ranked[:SECONDS]
         found += contest(model, bench, best, seconds, FINAL_PAIRS, progress, wander=False)
     fits = refit(model, bench, [e.refit.point for e in found], [e.refit.free for e in found])
     return [dataclasses.replace(e, refit=fit) for e, fit in zip(found, fits, strict=True)]
+
+
+def _kept_still(point: Point) -> Point:
+    """The point with friction that neither wanders nor may."""
+    own = point.own.copy()
+    own[:, START:] = 0.0
+    return dataclasses.replace(point, own=own, widths=np.full(OWN - START, LEAST))
 
 
 def each_alone(

@@ -8,6 +8,7 @@ restricted maximum likelihood. Source: Laird, Ware, Biometrics 38 (1982) 963.
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import NamedTuple
 
 import equinox as eqx
@@ -35,6 +36,9 @@ FAR_OFF = 5.0
 made good by a level that is far off."""
 RIDGE = 1e-12
 """Keeps apart what a lane has of its own where its motion tells nearly nothing apart."""
+NARROWER = 10.0
+"""A standard deviation narrows to no less than what lanes have at the time over this: what they have would
+else cost more than all they could lose by a step that leads astray."""
 MEDIAN_SQUARE = 0.455
 """The median of the square of a standard normal variable."""
 
@@ -116,6 +120,8 @@ def likeliest(
         near = settled & _near(best, noise / information)
         variance = WIDTHS[:, None] ** 2 * noise + noise / information[near]
         cost = np.sum(np.log(variance) + best[near] ** 2 / variance, axis=1)
+        typical_own = math.sqrt(float(np.median(own[:, place] ** 2)) / MEDIAN_SQUARE)
+        cost[WIDTHS < min(typical_own / NARROWER, widths[number])] = np.inf
         chosen = int(np.argmin(cost))
         found[number] = WIDTHS[chosen]
         price += float(np.sum(np.log1p(WIDTHS[chosen] ** 2 * information)))
