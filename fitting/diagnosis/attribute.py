@@ -129,6 +129,20 @@ def on_another_contact(model: Model, bench: Bench, found: Attribution, other: Mo
     return _weighed(other, bench, nominal, explanations, found.screen, found.inflation, floor)
 
 
+def on_another_bench(model: Model, bench: Bench, found: Attribution) -> Attribution:
+    """The best explanations and the nominal model fitted once more to the same lanes weighed otherwise, and
+    judged by that."""
+    best = found.explanations[:CARRIED]
+    before = [found.nominal, *(e.refit for e in best)]
+    fits = refit(model, bench, [fit.point for fit in before], [fit.free for fit in before])
+    nominal, *fits = model.side_by_side(lambda fit: released(model, bench, fit), fits)
+    explanations = [dataclasses.replace(e, refit=fit) for e, fit in zip(best, fits, strict=True)]
+    leader = min(explanations, key=lambda e: e.refit.misfit).refit
+    around = screen(model, bench, leader, own_group=True, shapes=[])
+    floor = floor_of(model, bench, [nominal, leader])
+    return _weighed(model, bench, nominal, explanations, found.screen, _inflation(bench, around), floor)
+
+
 def _weighed(
     model: Model,
     bench: Bench,

@@ -35,7 +35,7 @@ from fitting.diagnosis.shrink import (
     steadies,
     worsens,
 )
-from fitting.diagnosis.turns import surveyed
+from fitting.diagnosis.turns import surveyed, weighed_anew
 from fitting.diagnosis.words import advice, notes, refutation, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
@@ -69,9 +69,11 @@ def diagnose(
     base = ground(problem, model, fitting, progress, model.groups())
     held = split(problem, base.bench, held_out)
     begin = base.point.take(held.fitted)
-    bench = resolved(model, base.bench.take(held.fitted), begin)
-    chosen, bench, seen = surveyed(Chosen(problem, model, base), bench, begin, held, progress)
+    plain = resolved(model, base.bench.take(held.fitted), begin)
+    paper = Chosen(problem, model, base)
+    chosen, bench, seen = surveyed(paper, plain, begin, held, progress)
     found = attribute(chosen.model, bench, seen, progress)
+    chosen, bench, found = weighed_anew(paper, chosen, bench, plain, held, found)
     if chosen.words is None and found.asks_for_a_contact:
         chosen, found = beside_a_pair(chosen, bench, found, held, progress)
     if chosen.words is None:

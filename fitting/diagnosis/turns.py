@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 
+from fitting.diagnosis.attribute import Attribution, on_another_bench
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contacts import Chosen, concerns_contact
 from fitting.diagnosis.other_contact import beside_single_effects
@@ -38,6 +39,20 @@ def surveyed(
         if not _overrated(bench, seen):
             break
     return chosen, bench, seen
+
+
+def weighed_anew(
+    paper: Chosen, chosen: Chosen, bench: Bench, plain: Bench, held: Split, found: Attribution
+) -> tuple[Chosen, Bench, Attribution]:
+    """The choice, the bench and what explains the records there, with what does not repeat itself found anew
+    where two effects leave less than that."""
+    for _ in range(TURNS):
+        best = found.explanations[0].refit
+        if not bench.scatters or best.misfit >= OVERRATED:
+            break
+        chosen, bench = _evened(chosen, paper.ground.bench, plain, held, best.point)
+        found = on_another_bench(chosen.model, bench, found)
+    return chosen, bench, found
 
 
 def _overrated(bench: Bench, seen: Survey) -> bool:

@@ -121,7 +121,7 @@ def likeliest(
         variance = WIDTHS[:, None] ** 2 * noise + noise / information[near]
         cost = np.sum(np.log(variance) + best[near] ** 2 / variance, axis=1)
         typical_own = math.sqrt(float(np.median(own[:, place] ** 2)) / MEDIAN_SQUARE)
-        cost[WIDTHS < min(typical_own / NARROWER, widths[number])] = np.inf
+        cost[min(typical_own / NARROWER, widths[number]) > WIDTHS] = np.inf
         chosen = int(np.argmin(cost))
         found[number] = WIDTHS[chosen]
         price += float(np.sum(np.log1p(WIDTHS[chosen] ** 2 * information)))
