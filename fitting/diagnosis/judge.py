@@ -44,22 +44,26 @@ UNLISTED_SHARE = 0.12
 is not the cause. In sealed cases of a misfit of 2 and more the right effect left at most 0.03 of it, a listed
 one in the place of one off the shelf 0.06 and more. It is taken to make friction steadier by all but this
 share of what the best does that is listed, too, and by no less than that where this leaves more."""
-NEARLY_BEST = 1.1
+NEARLY_BEST = 1.15
 NO_WORSE = 1.02
 """What steadier friction is worth counts for explanations that leave no more than so many times the least,
 and than so many times what none leaves: the search for one that leaves more has ended elsewhere."""
 BOTH = 0.5
 """The share that counts of what friction is steadier under two effects than under the better of them: a
 second effect that mends the shape of the first keeps friction steadier, too."""
-OTHER_SHAPE = 0.015
-"""The share of the excess that the right effect may leave because it has another shape than on the shelf:
-what a second effect makes of no more than that is no evidence for it, unless the two leave hardly more
-than noise:"""
-CLEAN = 1.5
-"""no larger misfit than this,"""
+SHAPE = 0.015
+"""The share of the excess that depends on the shape of an effect in any case: what two leave counts against
+so much, or against what one leaves by"""
 REST = 0.3
-"""and at most this share of the excess that the first leaves alone: what mends a shape mends it in part. What
-a second effect adds counts against no more than this share either."""
+"""this factor, where that is less."""
+OTHER_SHAPE = 0.1
+"""The share of the excess that the right effect may leave because it has another shape than on the shelf:
+what a second effect makes of no more than that is no evidence for it, unless one of the two leaves hardly
+more alone than the best,"""
+NEARLY = 2.0
+"""no more than so many times as much above the noise, and both together next to nothing of that:"""
+MENDED = 0.12
+"""at most this share, for what mends a shape mends it in part."""
 HARDLY = 0.002
 """A smaller share of the excess is no evidence for a second effect, however little the two leave."""
 SUFFICES = 0.01
@@ -158,17 +162,20 @@ def judge(
         weight(unlisted, anything.price(pieces) - steady[anything.keys], PRIOR[UNLISTED]),
     ]
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
-    alone = min((account.misfit for account in accounts if len(account.keys) == 1), default=nominal)
+    singles = {account.keys[0]: account.misfit for account in accounts if len(account.keys) == 1}
+    alone = min(singles.values(), default=nominal)
     enough = alone < 1 + OTHER_SHAPE * excess
-    clean = min(CLEAN, 1 + REST * (alone - 1))
-    soft = min(OTHER_SHAPE * excess, REST * max(alone - 1.0, 0.0))
+    nearly = {key for key, misfit in singles.items() if misfit <= 1 + NEARLY * max(alone - 1, 0.0)}
+    clean = 1 + MENDED * (alone - 1)
+    soft = min(SHAPE * excess, REST * max(alone - 1.0, 0.0))
     for account in accounts:
         names.append("+".join(account.keys))
         price = account.price(pieces) - steady[account.keys]
         if len(account.keys) == 1:
             logs.append(weight(account.misfit, price, PRIOR["single"] / len(shelf)))
         else:
-            needless = alone < 1 + HARDLY * excess or (enough and account.misfit > clean)
+            mends = enough and not (nearly & {*account.keys} and account.misfit <= clean)
+            needless = alone < 1 + HARDLY * excess or mends
             more = 0.0 if needless else evidence(account.misfit, soft) - evidence(alone, soft)
             logs.append(weight(alone, price, PRIOR["pair"] / pairs) + NESTED * more)
     logs = _levelled(names, logs, accounts, ALIKE * excess, aliases or {})

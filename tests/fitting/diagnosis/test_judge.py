@@ -72,15 +72,18 @@ def test_a_choice_between_many_effects_is_no_answer():
 
 
 def test_an_effect_that_wandering_hides_is_named_for_the_steadiness_of_friction():
-    """Its misfit is that of any other; a second effect earns nothing by it."""
+    """Its misfit is that of any other; a second effect has to make friction steadier by far to be named."""
     steady = dataclasses.replace(account(0, 1.05), steadier=16.0)
     found = judge(1.06, [steady, account(1, 1.045)], SAMPLES, 160.0, SHELF)
     assert (found.verdict, found.named) == ("effect", (SHELF[0],))
     assert judge(1.06, [account(0, 1.05), account(1, 1.045)], SAMPLES, 160.0, SHELF).verdict == "none"
-    joined = dataclasses.replace(both(1.045), steadier=30.0)
+    joined = dataclasses.replace(both(1.045), steadier=22.0)
     beside = judge(1.06, [steady, account(1, 1.045), joined], SAMPLES, 160.0, SHELF)
     assert beside.named == (SHELF[0],)
     assert beside.explanations[f"{SHELF[0]}+{SHELF[1]}"] < 0.1
+    joined = dataclasses.replace(both(1.045), steadier=56.0)
+    beside = judge(1.06, [steady, account(1, 1.045), joined], SAMPLES, 160.0, SHELF)
+    assert (beside.verdict, {*beside.named}) == ("several", {SHELF[0], SHELF[1]})
 
 
 def test_steady_friction_is_no_evidence_for_what_leaves_far_more_than_another():
@@ -92,7 +95,7 @@ def test_steady_friction_is_no_evidence_for_what_leaves_far_more_than_another():
 
 def test_steady_friction_does_not_tell_two_effects_from_one_of_them():
     """Where the two just belong to what leaves next to the least, and the one no more."""
-    alone, spoilt = (dataclasses.replace(account(0, m), steadier=55.0) for m in (2.2, 19.0))
+    alone, spoilt = (dataclasses.replace(account(0, m), steadier=55.0) for m in (2.3, 19.0))
     pairs = [
         dataclasses.replace(Account((SHELF[0], SHELF[n]), m, 3), steadier=54.0)
         for n, m in ((1, 1.94), (2, 2.08))
