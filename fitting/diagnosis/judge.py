@@ -43,7 +43,7 @@ UNLISTED_SHARE = 0.12
 """The share of the excess that an effect off the shelf is taken to leave: a listed one that leaves far more
 is not the cause. In sealed cases of a misfit of 2 and more the right effect left at most 0.03 of it, a listed
 one in the place of one off the shelf 0.06 and more. It is taken to make friction steadier by all but this
-share of what the best does that is listed, too, and by no less than that where this leaves more."""
+share of what the best does alone that is listed, too, and by no less than that where this leaves more."""
 NEARLY_BEST = 1.15
 NO_WORSE = 1.02
 """What steadier friction is worth counts for explanations that leave no more than so many times the least,
@@ -156,7 +156,8 @@ def judge(
     steady = _steadier(accounts, min(NEARLY_BEST * best, NO_WORSE * nominal))
     anything = Account((), unlisted, UNLISTED_PARAMETERS)
     lacking = 0.0 if best > unlisted else UNLISTED_SHARE
-    steady[anything.keys] = (1 - lacking) * max(steady.values(), default=0.0)
+    listed = (steady[account.keys] for account in accounts if len(account.keys) == 1)
+    steady[anything.keys] = (1 - lacking) * max(listed, default=0.0)
     logs = [
         weight(nominal, 0, PRIOR[NONE]) - 0.5 * (excess / FLOOR) ** 2,
         weight(unlisted, anything.price(pieces) - steady[anything.keys], PRIOR[UNLISTED]),
