@@ -64,7 +64,8 @@ class Judged:
         """Whether the verdict is the truth.
 
         One effect: it is named alone, or the answer is ambiguous, holds it and, beyond its exact aliases, at
-        most one other. Two: both are named as acting together, and no third but for exact aliases.
+        most one other. Two: both are named as acting together, or one effect that has the traces of both, and
+        no third but for exact aliases.
         """
         if self.kind in (NONE, UNLISTED):
             return self.verdict == self.kind
@@ -115,12 +116,15 @@ class Judged:
         return first in self.same or FAMILIES.get(first) == FAMILIES.get(self.truth[0])
 
     def both(self) -> bool:
-        """Whether both effects of a pair are named as acting together."""
-        return self.verdict == SEVERAL and set(self.truth) <= set(self.named)
+        """Whether both effects of a pair are named as acting together, or what leaves the traces of both: a
+        wrong drive stiffness and a wrong mass are one effect, a gain of y and one of F are two."""
+        if self.verdict == SEVERAL:
+            return set(self.truth) <= set(self.named)
+        return any(set(self.truth) <= set(aliases(key)) for key in self.named)
 
     def one(self) -> bool:
         """Whether at least one effect of the case is named."""
-        return bool(set(self.truth) & set(self.named))
+        return bool(set(self.truth) & set(self.named)) or self.both()
 
     def third(self) -> bool:
         """Whether an effect is named that is neither there nor an exact alias of one that is."""

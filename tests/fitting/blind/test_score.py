@@ -88,6 +88,22 @@ def test_two_effects(verdict, named, both, third, one):
     assert case.right() is (both and not third)
 
 
+@pytest.mark.parametrize(
+    ("verdict", "named", "right"),
+    [
+        ("effect", (WRONG_RIG,), True),
+        ("ambiguous", ("base_gain", WRONG_RIG), True),
+        ("ambiguous", (WRONG_RIG, LAG), False),
+        ("several", (GAIN, "base_gain", WRONG_RIG), True),
+        ("effect", ("base_gain",), False),
+        ("effect", (OTHER_GAIN,), False),
+    ],
+)
+def test_one_effect_that_has_the_traces_of_two_stands_for_both(verdict, named, right):
+    case = stub.judged(stub.answer("pair", GAIN, "base_gain"), stub.content(verdict, *named))
+    assert case.right() is right
+
+
 def test_the_second_answer_and_exact_aliases():
     assert single(SPRING, "effect", PUSH, p={PUSH: 0.6, SPRING: 0.3}).second()
     assert not single(SPRING, "effect", PUSH, p={PUSH: 0.5, LAG: 0.3, SPRING: 0.1}).second()
