@@ -56,10 +56,11 @@ SHAPE = 0.015
 so much, or against what one leaves by"""
 REST = 0.3
 """this factor, where that is less."""
-OTHER_SHAPE = 0.1
-"""The share of the excess that the right effect may leave because it has another shape than on the shelf:
-what a second effect makes of no more than that is no evidence for it, unless one of the two leaves hardly
-more alone than the best,"""
+OTHER_SHAPE = 0.03
+"""The share of the excess that the right effect may leave because it has another shape than on the shelf,"""
+OTHER_SHAPE_OF_LITTLE, LITTLE = 0.1, 0.5
+"""or this larger one up to so much above the noise: what a second effect makes of no more than that is no
+evidence for it, unless one of the two leaves hardly more alone than the best,"""
 NEARLY = 2.0
 """no more than so many times as much above the noise, and both together next to nothing of that:"""
 MENDED = 0.12
@@ -165,7 +166,7 @@ def judge(
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
     singles = {account.keys[0]: account.misfit for account in accounts if len(account.keys) == 1}
     alone = min(singles.values(), default=nominal)
-    enough = alone < 1 + OTHER_SHAPE * excess
+    enough = alone < 1 + max(OTHER_SHAPE * excess, min(OTHER_SHAPE_OF_LITTLE * excess, LITTLE))
     nearly = {key for key, misfit in singles.items() if misfit <= 1 + NEARLY * max(alone - 1, 0.0)}
     clean = 1 + MENDED * (alone - 1)
     soft = min(SHAPE * excess, REST * max(alone - 1.0, 0.0))

@@ -130,6 +130,13 @@ def test_what_is_off_the_shelf_may_make_friction_as_steady():
     assert judge(9.0, [steady, account(1, 8.0)], SAMPLES, 1.5, SHELF).verdict == "unlisted"
 
 
+def test_what_is_off_the_shelf_is_no_steadier_for_what_two_do():
+    single = dataclasses.replace(account(0, 1.24), steadier=0.5)
+    mended = dataclasses.replace(both(1.21), steadier=10.0)
+    found = judge(4.5, [single, account(1, 4.0), mended], SAMPLES, 40.0, SHELF)
+    assert (found.verdict, found.named) == ("effect", (SHELF[0],))
+
+
 def test_segments_that_go_astray_are_not_nothing():
     """What effects are likely to be stays; where one is named, nothing changes."""
     found = judge(1.02, [account(0, 1.01), account(1, 1.015)], SAMPLES, 2.0, SHELF)
@@ -201,6 +208,30 @@ def test_a_second_effect_counts_by_its_share_of_what_the_first_leaves():
     half = both(1.18)
     found = judge(150.0, [account(0, 1.35), account(1, 140.0), half], SAMPLES, 3.0, SHELF)
     assert (found.verdict, found.named) == ("effect", (SHELF[0],))
+
+
+@pytest.mark.parametrize(
+    ("nominal", "alone", "left", "verdict"),
+    [
+        (2.6, 1.11, 1.03, "effect"),
+        (2.6, 1.11, 1.005, "several"),
+        (74.0, 3.9, 1.7, "several"),
+        (74.0, 2.9, 1.7, "effect"),
+    ],
+)
+def test_shapes_may_lack_more_of_a_small_gap_than_of_a_large_one(nominal, alone, left, verdict):
+    found = judge(nominal, [account(0, alone), account(1, nominal - 0.1), both(left)], SAMPLES, 20.0, SHELF)
+    assert found.verdict == verdict
+
+
+def test_two_others_do_not_take_the_place_of_the_effect_that_nearly_suffices():
+    """A low-pass and a resonance together have the shape of many a delay; with the delay they are heard."""
+    alone = [account(0, 1.05), account(1, 1.2), account(2, 4.0)]
+    others = Account((SHELF[1], SHELF[2]), 1.005, 4)
+    found = judge(4.8, [*alone, others], SAMPLES, 20.0, SHELF)
+    assert (found.verdict, found.named) == ("effect", (SHELF[0],))
+    with_it = Account((SHELF[0], SHELF[2]), 1.005, 2)
+    assert judge(4.8, [*alone, with_it], SAMPLES, 3.0, SHELF).verdict == "several"
 
 
 def test_aliases_are_left_open_beside_another_effect():

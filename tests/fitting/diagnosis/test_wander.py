@@ -46,6 +46,21 @@ def test_friction_that_keeps_still_is_given_no_width():
     assert found.price < 0.3 * LANES
 
 
+def test_widths_narrow_by_steps():
+    """Lanes whose friction has wandered to where it does not belong keep room to come back, however still
+    it is in truth; a width is never made wider for that."""
+    own, gradient, curvature, widths, share = lanes(0.0, 1.0, 2)
+    own[:, START] = 0.02 * np.random.default_rng(7).standard_normal(LANES)
+    gradient += np.einsum("lop,lp->lo", curvature, own)
+    found = likeliest(own, gradient, curvature, widths, share).widths
+    assert 1.5e-3 < found[0] < 3e-3 and found[1] < 2e-4
+    assert np.sum((own[:, START] / found[0]) ** 2) < 200 * LANES
+    tighter = 1e-4**-2.0 - widths[0] ** -2.0
+    gradient[:, START] += tighter * own[:, START]
+    curvature[:, START, START] += tighter
+    assert likeliest(own, gradient, curvature, np.array([1e-4, widths[1]]), share).widths[0] <= 1e-4
+
+
 def test_a_lane_that_fits_far_worse_says_nothing():
     own, gradient, curvature, widths, share = lanes(2e-3, 1.0, 3)
     gradient[:8, START] += 1e7
