@@ -136,13 +136,17 @@ def judge(
     aliases: Mapping[str, Collection[str]] | None = None,
     classes: Classes | None = None,
 ) -> Judgement:
-    """The probabilities of all explanations.
+    """The probabilities of all explanations. Where the best of them leaves less than the noise is said to be,
+    the noise is what that one leaves.
 
     nominal: the misfit without any effect; samples: degrees of freedom; inflation: variance of scores by
     clusters over that of white residuals; shelf: all keys; aliases: effects that these records do not tell
     from an effect; classes: what no records do.
     """
     best = min([nominal, *(account.misfit for account in accounts)])
+    noise = min(best, 1.0)
+    accounts = [dataclasses.replace(account, misfit=account.misfit / noise) for account in accounts]
+    nominal, best = nominal / noise, best / noise
     pieces = pieces_of_evidence(best, samples, inflation)
     excess = max(nominal - 1.0, 0.0)
 

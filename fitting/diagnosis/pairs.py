@@ -104,8 +104,8 @@ def each_alone(
     model: Model, bench: Bench, found: Sequence[Explanation], pairs: Sequence[Explanation], seen: Screen
 ) -> list[Explanation]:
     """The effects of the best pairs, each by itself from where it stands beside the other, if the pair leaves
-    far less than the effect was found to leave alone: whatever came second may only have helped over a hill
-    between the nominal model and what one effect explains."""
+    far less than the effect was found to leave alone, or less at all than the best one: whatever came second
+    may only have helped over a hill between the nominal model and what one effect explains."""
     alone = {e.keys[0]: e.refit.misfit for e in found if len(e.keys) == 1}
     promises = {promise.key: promise for promise in seen.promises}
     beside = {key: pair for pair in reversed(pairs[:LEADERS]) for key in pair.keys}
@@ -118,7 +118,12 @@ def each_alone(
         (again,) = refit(model, bench, [bare.point], [bare.free], hopeless=1.0, reached=reached)
         return Explanation((key,), promises[key], again)
 
-    hidden = [key for key in beside if beside[key].refit.misfit < STRONG * alone.get(key, math.inf)]
+    leader = min(alone, key=lambda key: alone[key])
+    hidden = [
+        key
+        for key, pair in beside.items()
+        if pair.refit.misfit < (1.0 if key == leader else STRONG) * alone.get(key, math.inf)
+    ]
     tried = model.side_by_side(by_itself, hidden)
     better = [e for e in tried if e.refit.misfit < alone.get(e.keys[0], math.inf)]
     return freed(model, bench, better) if better else []

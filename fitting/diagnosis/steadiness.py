@@ -16,7 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-SCALES = np.geomspace(3e-4, 0.3, 25)
+SCALES = np.geomspace(1e-3, 0.3, 25)
+"""Standard deviations that are tried; friction keeps no stiller than the least, whatever a model says."""
 LENGTHS = (1.0, 3.0, 10.0, math.inf)
 """Correlation lengths in lanes that are tried."""
 NEW = (0.0, 0.3, 1.0)

