@@ -62,12 +62,20 @@ class Attribution:
     samples: float
     accounts: tuple[Account, ...]
     aliases: Mapping[str, Sequence[str]]
+    scatters: bool
 
     @property
     def yardstick(self) -> Yardstick:
         """What misfits are judged against."""
-        nominal = self.nominal.misfit
-        return Yardstick(nominal, self.floor, self.samples, self.inflation, self.accounts, self.aliases)
+        return Yardstick(
+            self.nominal.misfit,
+            self.floor,
+            self.samples,
+            self.inflation,
+            self.scatters,
+            self.accounts,
+            self.aliases,
+        )
 
     @property
     def lost(self) -> float:
@@ -168,8 +176,11 @@ def _weighed(
             {key: effect.traces for key, effect in model.shelf.effects.items()},
             {frozenset(e.keys): e.refit.misfit for e in found},
         ),
+        scatters=bench.scatters,
     )
-    made = Attribution(nominal, tuple(found), first, judgement, inflation, floor, samples, accounts, alike)
+    made = Attribution(
+        nominal, tuple(found), first, judgement, inflation, floor, samples, accounts, alike, bench.scatters
+    )
     return dataclasses.replace(made, judgement=astray(judgement)) if made.lost > LOST else made
 
 

@@ -167,13 +167,15 @@ class Trace:
 @dataclasses.dataclass(frozen=True)
 class Yardstick:
     """What misfits were judged against: the nominal model's own, the one that no model gets below, the
-    degrees of freedom, and by how much scores vary more from segment to segment than white noise says; the
-    accounts of all explanations, and what looks like an effect in these records."""
+    degrees of freedom, by how much scores vary more from segment to segment than white noise says, and
+    whether friction scatters; the accounts of all explanations, and what looks like an effect in these
+    records."""
 
     nominal: float
     floor: float
     samples: float
     inflation: float
+    scatters: bool = False
     accounts: tuple[Account, ...] = ()
     aliases: Mapping[str, Sequence[str]] = dataclasses.field(default_factory=dict)
 

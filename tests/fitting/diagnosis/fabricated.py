@@ -118,7 +118,13 @@ def fabricated(cycles: float = 5.0, rate: float = 500.0) -> tuple[Diagnosis, Dat
         others=_others(1.004),
         others_before=_others(0.992),
         yardstick=Yardstick(
-            46.6, 1.0, 14210.0, 3.0, (Account((TRUTH,), 1.02, 2, steadier=0.5),), {TRUTH: ["force_delay"]}
+            46.6,
+            1.0,
+            14210.0,
+            3.0,
+            False,
+            (Account((TRUTH,), 1.02, 2, steadier=0.5),),
+            {TRUTH: ["force_delay"]},
         ),
     )
     return diagnosis, dataset

@@ -102,7 +102,7 @@ def test_a_strong_effect_does_not_hide_the_contact():
     accounts = (Account((promise.key,), gained.misfit, 1),)
     judgement = judge(nominal.misfit, accounts, 1e4, 1.0, seen.keys)
     only = (Explanation((promise.key,), promise, gained),)
-    before = Attribution(nominal, only, seen, judgement, 1.0, 1.0, 1e4, accounts, {})
+    before = Attribution(nominal, only, seen, judgement, 1.0, 1.0, 1e4, accounts, {}, False)
     again = on_another_contact(model, base.bench, before, chosen.model)
     assert gained.misfit > 2 and again.explanations[0].refit.misfit < 1.3
     assert again.judgement.named[0] == "force_gain"

@@ -137,6 +137,36 @@ def test_what_is_off_the_shelf_is_no_steadier_for_what_two_do():
     assert (found.verdict, found.named) == ("effect", (SHELF[0],))
 
 
+def test_scatter_hides_what_else_would_be_told():
+    """It takes nothing away from an effect that closes a large gap; the verdicts stay."""
+    small = [account(0, 1.01), account(1, 1.015)]
+    for nominal, accounts, least in ((1.02, small, 0.15), (1.2, [account(0, 1.0)], 0.3)):
+        still = judge(nominal, accounts, SAMPLES, 2.0, SHELF)
+        found = judge(nominal, accounts, SAMPLES, 2.0, SHELF, scatters=True)
+        assert (found.verdict, found.named) == (still.verdict, still.named)
+        assert found.effects["unlisted"] - still.effects["unlisted"] > 0.9 * least
+        assert sum(found.effects.values()) == pytest.approx(1.0)
+        assert list(found.explanations) == list(still.explanations)
+    nothing = judge(1.02, small, SAMPLES, 2.0, SHELF, scatters=True)
+    assert nothing.verdict == "none" and nothing.effects[SHELF[5]] > 0.002
+    clear = [account(0, 1.01), account(1, 8.0)]
+    assert judge(9.0, clear, SAMPLES, 2.0, SHELF, scatters=True).effects[SHELF[0]] > 0.95
+
+
+def test_what_leaves_a_good_part_of_a_small_gap_is_off_the_shelf():
+    """It need not leave a tenth above the noise; but next to the noise nothing is called so."""
+    assert judge(1.52, [account(0, 1.12)], SAMPLES, 40.0, SHELF).verdict == "unlisted"
+    assert judge(1.52, [account(0, 1.02)], SAMPLES, 40.0, SHELF).named == (SHELF[0],)
+    assert judge(1.05, [account(0, 1.04)], SAMPLES, 40.0, SHELF).verdict == "none"
+
+
+def test_two_that_leave_more_than_one_of_them_are_not_named_for_steadier_friction():
+    alone = [account(0, 1.05), account(1, 1.95)]
+    for left, verdict in ((1.055, "effect"), (1.049, "several")):
+        pair = dataclasses.replace(both(left), steadier=67.0)
+        assert judge(2.05, [*alone, pair], SAMPLES, 40.0, SHELF).verdict == verdict
+
+
 def test_segments_that_go_astray_are_not_nothing():
     """What effects are likely to be stays; where one is named, nothing changes."""
     found = judge(1.02, [account(0, 1.01), account(1, 1.015)], SAMPLES, 2.0, SHELF)
