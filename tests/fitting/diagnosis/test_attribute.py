@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fitting.diagnosis.attribute import account
+from fitting.diagnosis.attribute import Attribution, account
 
 FLOOR = 1.1
 
@@ -27,3 +27,21 @@ def test_a_second_effect_cannot_go_below_what_was_weighed_by():
     assert left(0.9, "one", "other", scatters=True) == 1.0
     assert left(1.65, "one", "other", scatters=True) == pytest.approx(1.5)
     assert left(0.9, "one", scatters=True) == left(0.9, "one", "other", scatters=False) == 0.9 / FLOOR
+
+
+@pytest.mark.parametrize(
+    ("two", "one", "floor", "asks"),
+    [(4.7, 8.2, 1.0, True), (7.5, 8.2, 1.0, False), (1.05, 8.2, 1.0, False), (1.3, 8.2, 1.28, False)],
+)
+def test_a_contact_is_asked_for_where_two_effects_leave_less_than_one_and_yet_a_good_deal(
+    two, one, floor, asks
+):
+    explanations = [
+        SimpleNamespace(keys=keys, refit=SimpleNamespace(misfit=misfit))
+        for keys, misfit in ((("one", "other"), two), (("one",), one), (("other",), 100.0))
+    ]
+    found: Any = SimpleNamespace(explanations=explanations, floor=floor)
+    asked: Any = Attribution.asks_for_a_contact
+    assert asked.fget(found) is asks
+    found.explanations = explanations[1:]
+    assert not asked.fget(found)

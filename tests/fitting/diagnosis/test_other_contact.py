@@ -12,10 +12,11 @@ import pytest
 from fitting.diagnosis import other_contact
 from fitting.diagnosis.bench import Point
 from fitting.diagnosis.contest import Explanation
-from fitting.diagnosis.other_contact import in_place_of_one_of_two
+from fitting.diagnosis.other_contact import beside_single_effects, in_place_of_one_of_two
 from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.screen import Promise
 from fitting.diagnosis.shrink import Split
+from fitting.diagnosis.survey import Survey
 from fitting.progress import Silent
 from jaxstick.parts.drive import SineDrive
 from tests.fitting.diagnosis.grounded import laid_out
@@ -99,3 +100,35 @@ def test_the_contact_stays_where_no_other_is_suggested(paper, monkeypatch):
 def test_nothing_is_tried_where_no_one_of_two_changes_the_contact(paper, monkeypatch, keys):
     before = explained((keys, 1.0), *(((key,), 1.3) for key in keys if len(keys) > 1))
     assert settled(paper, monkeypatch, before, before, "a bristle") == (None, [])
+
+
+def test_the_survey_on_another_contact_knows_what_explained_the_records_before(paper, monkeypatch):
+    """Where it stood, carried over: from the nominal model on, the effect may not come among those tried."""
+    model = paper.model
+    point = Point((HUM,), model.origin({}), np.zeros((1, len(model.by_run))), np.zeros((3, 5)), np.ones(2))
+    point.coordinates[model.index("A")] = 0.7
+    fit = dataclasses.replace(
+        PAIR.explanations[0].refit, point=point, free=model.index("A", "mains_hum.sine")
+    )
+    found = tuple(
+        dataclasses.replace(PAIR.explanations[2], refit=dataclasses.replace(fit, misfit=m)) for m in (3.0,)
+    )
+    blank: Any = None
+    seen: Any = Survey(dataclasses.replace(fit, misfit=9.0), blank, found, 1.0)
+    ground: Any = types.SimpleNamespace(point=point, begins=NOBODY)
+    other: Any = types.SimpleNamespace(model=model, words="a bristle", ground=ground, preferred=0.6)
+    monkeypatch.setattr(other_contact, "choose_contact", lambda *_: other)
+    told: list[Explanation] = []
+
+    def surveyed(model: Any, bench: Any, point: Any, begins: Any, progress: Any, known: Any) -> Any:
+        told.extend(known)
+        better = dataclasses.replace(known[0], refit=dataclasses.replace(known[0].refit, misfit=1.5))
+        return Survey(seen.nominal, blank, (better,), 1.0)
+
+    monkeypatch.setattr(other_contact, "survey", surveyed)
+    contact, again = beside_single_effects(paper, blank, seen, HELD, Silent())
+    assert contact is other and again.least == 1.5
+    (carried,) = told
+    assert carried.keys == (HUM,) and carried.refit.misfit == 3.0
+    assert carried.refit.point.coordinates[model.index("A")] == 0.7
+    assert model.index("mains_hum.sine")[0] in carried.refit.free

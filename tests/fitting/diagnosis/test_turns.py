@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
@@ -103,3 +104,44 @@ def test_what_was_overrated_is_found_anew_and_not_on_top(laid, monkeypatch):
 def test_it_ends_where_nothing_helps(laid, monkeypatch):
     script = (laid.poor, 70.0, 65.0), *((laid.poor, 0.3, 1.0) for _ in range(turns.TURNS))
     assert surveyed(laid, monkeypatch, *script)[2].least == 0.3
+
+
+@dataclasses.dataclass
+class Judged:
+    """What of an attribution counts here."""
+
+    explanations: tuple[Explanation, ...]
+
+
+def weighed_anew(laid: Laid, monkeypatch: pytest.MonkeyPatch, bench: Bench, *misfits: float):
+    """What is found where the explanations leave these misfits, the first on a bench and the others on those
+    that follow; all of them are asked for."""
+    left = [
+        Judged((Explanation((UNEVEN,), PROMISE, dataclasses.replace(laid.right, misfit=m)),)) for m in misfits
+    ]
+
+    def again(model: object, bench: Bench, found: Judged) -> Judged:
+        assert bench.scatters and found is left[0]
+        del left[0]
+        return left[0]
+
+    monkeypatch.setattr(turns, "on_another_bench", again)
+    first: Any = left[0]
+    found = turns.weighed_anew(laid.paper, laid.paper, bench, laid.plain, laid.held, first)
+    assert len(left) == 1 and found[2] is left[0]
+    return found
+
+
+def test_what_two_effects_show_to_be_overrated_is_found_anew(laid, monkeypatch):
+    """Under them, from the residuals in units of the noise."""
+    chosen, period = laid.paper, laid.paper.problem.period
+    wrong = Scatter.of(chosen.model, laid.plain, laid.poor.point, period)
+    bench = wrong.evened(chosen.model, laid.plain, laid.poor.point)
+    again, found, _ = weighed_anew(laid, monkeypatch, bench, 0.6, 0.9)
+    scatter = Scatter.of(chosen.model, laid.plain, laid.right.point, period)
+    wanted = scatter.evened(chosen.model, laid.plain, laid.right.point).lanes.weights()
+    np.testing.assert_allclose(found.lanes.weights(), wanted)
+    assert again.ground.scatter == scatter
+    assert weighed_anew(laid, monkeypatch, bench, 0.9)[:2] == (chosen, bench)
+    assert weighed_anew(laid, monkeypatch, laid.plain, 0.6)[:2] == (chosen, laid.plain)
+    weighed_anew(laid, monkeypatch, bench, *[0.6] * (1 + turns.TURNS))
