@@ -15,13 +15,18 @@ from jaxstick.parts.added_force import AbstractAddedForce
 from jaxstick.parts.motion import Motion, Scalar
 from jaxstick.parts.rig import AbstractRig
 
+SHORT = 1e-4
+"""Of (1 - exp(-z))/z no more than 1 - z/2 is left below this."""
+
 
 class GuideFriction(AbstractEffect):
     """Adds -force s to the force on the mass, s between -1 and 1 the yield of an elastic guide.
 
-    s grows by dx/deflection and is held at -1 and 1: Coulomb's friction through a spring of stiffness
-    force/deflection, so that the guide sticks when the mass does. It acts against the ground and is no part
-    of the recorded friction force.
+    ds/dt = (dx/dt - creep s)/deflection, held at -1 and 1: Coulomb's friction through a spring of stiffness
+    force/deflection, so that the guide sticks when the mass does, in series with a film of lubricant that
+    creeps (Maxwell's element). Where nothing creeps the guide holds for ever; where it creeps fast, its force
+    grows with the velocity up to `creep`. It acts against the ground and is no part of the recorded friction
+    force.
     """
 
     card: ClassVar[Card] = Card(
@@ -38,7 +43,8 @@ class GuideFriction(AbstractEffect):
         ),
         remedy=(
             "Lift the contact and let the mass swing freely: dry friction lets the amplitude fall by equal "
-            "steps, 4 force/K a cycle. Replace or lubricate bearings, take touching sensors off."
+            "steps, 4 force/K a cycle. Replace or lubricate bearings, take touching sensors off. A guide "
+            "that creeps is lubricated already."
         ),
         source=(
             "Den Hartog, Forced vibrations with combined Coulomb and viscous friction, Trans. ASME 53 "
@@ -51,35 +57,51 @@ class GuideFriction(AbstractEffect):
     deflection: Float[Array, ""] | float = parameter(
         "m", "deflection at which the guide yields", lower=1e-9, typical=3e-3, default=3e-5
     )
+    creep: Float[Array, ""] | float = parameter(
+        "m/s",
+        "velocity at which a lubricated guide creeps under its whole force",
+        lower=0.0,
+        typical=0.01,
+        span=(1e4, 50.0),
+        default=0.0,
+    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        rubbing = _Rubbing(oscillator.rig, self.force, 1 / self.deflection)
+        rubbing = _Rubbing(oscillator.rig, self.force, 1 / self.deflection, self.creep / self.deflection)
         return dataclasses.replace(oscillator, rig=rubbing)
 
 
 class _Yield(NamedTuple):
-    """The share of its force that the guide exerts, -1 to 1, and the displacement there [m]."""
+    """The share of its force that the guide exerts, -1 to 1, the displacement there [m] and the time [s]."""
 
     share: Scalar
     x: Scalar
+    t: Scalar
 
 
 class _Rubbing(AbstractAddedForce):
-    """At the start the share is that of a mass which slides, or has moved on from where it came to rest."""
+    """At the start the share is that of a mass which slides, or has moved on from where it came to rest. The
+    velocity is taken for constant since the share was last known."""
 
     inner: AbstractRig
     strength: Scalar
     per_metre: Scalar
+    per_second: Scalar
 
     def begin(self, motion: Motion) -> Any:
         share = motion.slid + self.per_metre * motion.since
-        return _Yield(jnp.clip(share, -1.0, 1.0), motion.x)
+        return _Yield(jnp.clip(share, -1.0, 1.0), motion.x, motion.t)
 
     def carry(self, memory: _Yield, motion: Motion, step: Scalar) -> Any:
-        return _Yield(self._share(memory, motion), motion.x)
+        return _Yield(self._share(memory, motion), motion.x, motion.t)
 
     def added(self, memory: _Yield, motion: Motion) -> Scalar:
         return -self.strength * self._share(memory, motion)
 
     def _share(self, memory: _Yield, motion: Motion) -> Scalar:
-        return jnp.clip(memory.share + self.per_metre * (motion.x - memory.x), -1.0, 1.0)
+        crept = self.per_second * (motion.t - memory.t)
+        short = crept < SHORT
+        apart = jnp.where(short, 1.0, crept)
+        arriving = jnp.where(short, 1 - crept / 2, -jnp.expm1(-apart) / apart)
+        share = jnp.exp(-crept) * memory.share + arriving * self.per_metre * (motion.x - memory.x)
+        return jnp.clip(share, -1.0, 1.0)

@@ -205,6 +205,29 @@ def test_a_guide_yields_while_the_mass_sticks_and_is_picked_up_there() -> None:
         assert np.abs(np.asarray(on.force) - run.force[i : i + 60]).max() < 0.6 * force
 
 
+@pytest.mark.parametrize("fast", [False, True])
+def test_a_lubricated_guide_creeps(fast: bool) -> None:
+    """Between two times ds/dt = (v - creep s)/deflection, against its own solution for constant velocity; a
+    guide that creeps fast brakes as the velocity, up to its whole force."""
+    force, deflection, creep = 1.5, 2e-5, 2.0 if fast else 1e-3
+    rubbed = with_effect(SMOOTH, "guide_friction", force=force, deflection=deflection, creep=creep)
+    state = rubbed.initial(jnp.asarray(0.0), Start(0.0, 0.0, slid=1.0))
+    motion = rubbed.motion(jnp.asarray(0.0), rubbed.drive.at(0.0), 0.0, 0.0, 0.0)
+    plain = SMOOTH.rig.initial(motion)
+    rig, step, v = state.rig, 1e-4, -4e-4
+    for n in range(1, 201):
+        motion = motion._replace(t=n * step, x=v * n * step)
+        rig = rubbed.rig.advance(rig, motion, step)
+        if n in (1, 20, 200):
+            decay = math.exp(-creep * n * step / deflection)
+            share = decay + v / creep * (1 - decay)
+            added = float(rubbed.rig.force(rig, motion) - SMOOTH.rig.force(plain, motion))
+            assert added == pytest.approx(-force * share, rel=1e-6, abs=1e-9)
+    motion = motion._replace(t=motion.t + 1.0, x=motion.x - 9.0)
+    added = float(rubbed.rig.force(rig, motion) - SMOOTH.rig.force(plain, motion))
+    assert added == pytest.approx(force)
+
+
 def test_damping_to_the_base_is_the_rig_s_own() -> None:
     built_in = replace(NOMINAL, {"rig.drive_damping": 1.3})
     attached = with_effect(NOMINAL, "base_relative_damping", damping=1.3)
