@@ -45,7 +45,7 @@ is not the cause. In sealed cases of a misfit of 2 and more the right effect lef
 one in the place of one off the shelf 0.06 and more. It is taken to make friction steadier by all but this
 share of what the best does alone that is listed, too, and by no less than that where this leaves more."""
 NEARLY_BEST = 1.15
-NO_WORSE = 1.02
+NO_WORSE = 1.005
 """What steadier friction is worth counts for explanations that leave no more than so many times the least,
 and than so many times what none leaves: the search for one that leaves more has ended elsewhere."""
 BOTH = 0.5

@@ -93,6 +93,13 @@ def test_steady_friction_is_no_evidence_for_what_leaves_far_more_than_another():
     assert (found.verdict, found.named) == ("effect", (SHELF[0],))
 
 
+def test_steady_friction_is_no_evidence_for_what_leaves_more_than_no_effect_at_all():
+    """Such a search has ended elsewhere."""
+    for misfit, verdict in ((0.87, "none"), (0.855, "effect")):
+        steady = dataclasses.replace(account(0, misfit), steadier=16.0)
+        assert judge(0.8547, [steady, account(1, 0.851)], SAMPLES, 160.0, SHELF).verdict == verdict
+
+
 def test_steady_friction_does_not_tell_two_effects_from_one_of_them():
     """Where the two just belong to what leaves next to the least, and the one no more."""
     alone, spoilt = (dataclasses.replace(account(0, m), steadier=55.0) for m in (2.3, 19.0))
