@@ -24,6 +24,8 @@ FEWEST_CYCLES = 4
 """So many changes from cycle to cycle tell what drifts from what scatters."""
 UNEVEN = 2.0
 """Scatter is no more uneven among lanes than this, mean to median: more is something that acts in a few."""
+LEAST = 0.1
+"""Nothing is overrated by more than this."""
 A_GOOD_DEAL = 0.002
 """Friction that wanders by less, as a share of itself, hides nothing and scatters little."""
 
@@ -39,25 +41,27 @@ def wanders(fit: Refit) -> bool:
 
 
 def floor_of(model: Model, bench: Bench, fits: Sequence[Refit]) -> float:
-    """The least misfit that any model can have here, 1 at least: `unrepeated` with what the wandering of
-    friction costs in likelihood, as every misfit has it."""
-    return _least(model, bench, fits, [fit.price(bench) for fit in fits])
+    """The least misfit that any model can have here: `unrepeated` with what the wandering of friction costs
+    in likelihood, as every misfit has it. Where residuals are weighed by what does not repeat itself, which
+    may be overrated, it may be less than 1."""
+    least = LEAST if bench.scatters else 1.0
+    return _least(model, bench, fits, [fit.price(bench) for fit in fits], least)
 
 
 def unrepeated(model: Model, bench: Bench, fits: Sequence[Refit]) -> float:
-    """The least chi-square per degree of freedom, 1 at least: of several fits the lowest mean square of what
-    changes from one cycle to the next, outliers weighed down, and no more than `UNEVEN` times what a typical
-    lane costs.
+    """The least chi-square per degree of freedom, 1 at least in units of the noise: of several fits the
+    lowest mean square of what changes from one cycle to the next, outliers weighed down, and no more than
+    `UNEVEN` times what a typical lane costs.
 
     1 where the lanes are not repeated, and where friction keeps still under one of the fits: an effect that
     keeps another time than the excitation does not repeat itself either, and is no scatter.
     """
-    return _least(model, bench, fits, [1.0] * len(fits))
+    return _least(model, bench, fits, [1.0] * len(fits), 1.0)
 
 
-def _least(model: Model, bench: Bench, fits: Sequence[Refit], prices: Sequence[float]) -> float:
+def _least(model: Model, bench: Bench, fits: Sequence[Refit], prices: Sequence[float], least: float) -> float:
     first, second = successive(bench.phase)
-    if len(first) < FEWEST or not all(wanders(fit) for fit in fits):
+    if len(first) < FEWEST or not (least < 1 or all(wanders(fit) for fit in fits)):
         return 1.0
     dof = bench.dof()
     changing, typical = [], []
@@ -65,7 +69,7 @@ def _least(model: Model, bench: Bench, fits: Sequence[Refit], prices: Sequence[f
     for fit, columns, price in zip(fits, seen, prices, strict=True):
         changing.append(price * _pure_error(bench, columns.residual[:, :-OWN], first, second))
         typical.append(price * float(np.median(fit.cost / dof)))
-    return max(1.0, min(*changing, UNEVEN * min(typical)))
+    return max(least, min(*changing, UNEVEN * min(typical)))
 
 
 def successive(phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
