@@ -13,15 +13,9 @@ from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import NOTABLE, carried, free_under
 from fitting.diagnosis.contest import Explanation, best_of
+from fitting.diagnosis.enough import hints, leaves_nothing, passes_for_noise
 from fitting.diagnosis.findings import Yardstick
-from fitting.diagnosis.judge import (
-    Judgement,
-    astray,
-    hints,
-    judge,
-    leaves_nothing,
-    passes_for_noise,
-)
+from fitting.diagnosis.judge import Judgement, astray, judge
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.one_class import classes
 from fitting.diagnosis.pairs import each_alone, in_place_of_either, pairs_beside, with_still_friction

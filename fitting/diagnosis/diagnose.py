@@ -16,7 +16,7 @@ from fitting.diagnosis.detection import limits
 from fitting.diagnosis.estimates import estimates
 from fitting.diagnosis.findings import Closure, Diagnosis, Trace
 from fitting.diagnosis.ground import Ground, ground, resolved
-from fitting.diagnosis.judge import NONE, UNLISTED, Judgement, astray, refuted, weighed_again
+from fitting.diagnosis.judge import Judgement, astray, refuted, weighed_again
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.other_contact import beside_a_pair, in_place_of_one_of_two
@@ -36,6 +36,7 @@ from fitting.diagnosis.shrink import (
     worsens,
 )
 from fitting.diagnosis.turns import surveyed, weighed_anew
+from fitting.diagnosis.verdict import NONE, UNLISTED
 from fitting.diagnosis.words import advice, notes, refutation, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent

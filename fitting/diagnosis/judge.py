@@ -6,9 +6,9 @@ Annals of Statistics 6 (1978) 461). N is not the number of samples: residuals ar
 the best explanation leaves something, what is left is a bias that more samples do not average out.
 
 The constants below are rounded from fits by the logarithmic score to sealed cases, 75 of the purpose
-"calibration" first and 135 of three full blind runs since; around them the score is flat. `OTHER_SHAPE` and
-`REST`, and what "unlisted" is taken to leave and cost, were set from what right effects, and wrong ones in
-the place of an effect off the shelf, left in other sealed cases, `LEAST_INFLATION` from one without any.
+"calibration" first and 135 of three full blind runs since; around them the score is flat. What "unlisted" is
+taken to leave and cost was set from what right effects, and wrong ones in the place of an effect off the
+shelf, left in other sealed cases, `LEAST_INFLATION` from one without any.
 """
 
 from __future__ import annotations
@@ -20,8 +20,11 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 import numpy as np
 
 from fitting.diagnosis.accounts import Account
+from fitting.diagnosis.credit import credited
 from fitting.diagnosis.findings import Verdict
 from fitting.diagnosis.one_class import Classes, shared
+from fitting.diagnosis.second import Alone
+from fitting.diagnosis.verdict import NONE, UNLISTED, verdict_of
 
 MISSPECIFIED = 12.0
 """How many independent pieces of evidence are left where the best explanation leaves a misfit of 2."""
@@ -44,37 +47,6 @@ UNLISTED_SHARE = 0.12
 is not the cause. In sealed cases of a misfit of 2 and more the right effect left at most 0.03 of it, a listed
 one in the place of one off the shelf 0.06 and more. It is taken to make friction steadier by all but this
 share of what the best does alone that is listed, too, and by no less than that where this leaves more."""
-NEARLY_BEST = 1.15
-NO_WORSE = 1.005
-"""What steadier friction is worth counts for explanations that leave no more than so many times the least,
-and than so many times what none leaves: the search for one that leaves more has ended elsewhere."""
-BOTH = 0.5
-"""The share that counts of what friction is steadier under two effects than under the better of them: a
-second effect that mends the shape of the first keeps friction steadier, too."""
-SHAPE = 0.015
-"""The share of the excess that depends on the shape of an effect in any case: what two leave counts against
-so much, or against what one leaves by"""
-REST = 0.3
-"""this factor, where that is less."""
-OTHER_SHAPE = 0.03
-"""The share of the excess that the right effect may leave because it has another shape than on the shelf,"""
-OTHER_SHAPE_OF_LITTLE, LITTLE = 0.1, 0.5
-"""or this larger one up to so much above the noise: what a second effect makes of no more than that is no
-evidence for it, unless one of the two leaves hardly more alone than the best,"""
-NEARLY = 2.0
-"""no more than so many times as much above the noise, and both together next to nothing of that:"""
-MENDED = 0.12
-"""at most this share, for what mends a shape mends it in part."""
-HARDLY = 0.002
-"""A smaller share of the excess is no evidence for a second effect, however little the two leave."""
-SUFFICES = 0.01
-NEXT_TO_NOISE = 1.1
-"""One effect suffices where it leaves less than this share of the excess, or less than this misfit;"""
-HINT = 0.1
-"""Two effects are not sought where none takes away as much as this share of the excess alone;"""
-NOTHING = 0.001
-NOISE = 1.03
-"""it leaves nothing to a second one below these."""
 UNLISTED_FLOOR = (1.1, 1.4), (1.1, 1.0)
 """Misfits of the nominal model between which what is off the shelf is asked to explain nothing of the first
 tenth above the noise, and then all: so close to the noise there may be nothing."""
@@ -91,19 +63,8 @@ effect, of 31 without scatter all."""
 TAKEN_FOR = 0.4
 """So much, and less the more there is to explain, of what is likely of an effect is so of something off the
 shelf where friction scatters: with an excess of less than 0.4, three of eight named had been there."""
-ENOUGH = 0.9
-NOTABLE = 0.1
-AS_LIKELY = 0.9
-"""An effect is named beside two that act together where in the place of one of them it is at least so many
-times as likely."""
-MOST_NAMED = 4
 REFUTED = 0.1
 """The share of its probability that an effect keeps when what took no part speaks against it."""
-TOLD_APART = 2
-"""Against "unlisted", or two effects at work, so many single effects stand together: an answer that leaves
-the choice between more is none."""
-
-NONE, UNLISTED = "none", "unlisted"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -170,7 +131,7 @@ def judge(
     floor = float(np.interp(nominal, *UNLISTED_FLOOR))
     unlisted = floor + UNLISTED_SHARE * max(nominal - floor, 0.0)
     names = [NONE, UNLISTED]
-    steady = _steadier(accounts, min(NEARLY_BEST * best, NO_WORSE * nominal))
+    steady = credited(accounts, nominal)
     anything = Account((), unlisted, UNLISTED_PARAMETERS)
     lacking = 0.0 if best > unlisted else UNLISTED_SHARE
     listed = (steady[account.keys] for account in accounts if len(account.keys) == 1)
@@ -180,22 +141,17 @@ def judge(
         weight(unlisted, anything.price(pieces) - steady[anything.keys], PRIOR[UNLISTED]),
     ]
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
-    singles = {account.keys[0]: account.misfit for account in accounts if len(account.keys) == 1}
-    alone = min(singles.values(), default=nominal)
-    enough = alone < 1 + max(OTHER_SHAPE * excess, min(OTHER_SHAPE_OF_LITTLE * excess, LITTLE))
-    nearly = {key for key, misfit in singles.items() if misfit <= 1 + NEARLY * max(alone - 1, 0.0)}
-    clean = 1 + MENDED * (alone - 1)
-    soft = min(SHAPE * excess, REST * max(alone - 1.0, 0.0))
+    alone = Alone.of(accounts, nominal)
     for account in accounts:
         names.append("+".join(account.keys))
         price = account.price(pieces) - steady[account.keys]
         if len(account.keys) == 1:
             logs.append(weight(account.misfit, price, PRIOR["single"] / len(shelf)))
         else:
-            mends = enough and not (nearly & {*account.keys} and account.misfit <= clean)
-            needless = alone < 1 + HARDLY * excess or mends
-            more = 0.0 if needless else evidence(account.misfit, soft) - evidence(alone, soft)
-            logs.append(weight(alone, price, PRIOR["pair"] / pairs) + NESTED * more)
+            more = 0.0
+            if not alone.makes_needless(account):
+                more = evidence(account.misfit, alone.soft) - evidence(alone.best, alone.soft)
+            logs.append(weight(alone.best, price, PRIOR["pair"] / pairs) + NESTED * more)
     logs = _levelled(names, logs, accounts, ALIKE * excess, aliases or {})
     untried = [key for key in shelf if (key,) not in steady]
     names, logs = [*names, *untried], [*logs, *[-math.inf] * len(untried)]
@@ -253,28 +209,6 @@ def _same(taken: tuple[str, ...], classes: Classes) -> dict[str, tuple[str, ...]
     return {key: others for key, others in found.items() if others}
 
 
-def _steadier(accounts: Sequence[Account], most: float) -> dict[tuple[str, ...], float]:
-    """What steadier friction is worth to every account: nothing where it leaves more than `most`, for what is
-    left bends levels; to two effects as much as to the better of them alone, and a share of what is beyond
-    that where they leave no more than one; and to an effect that leaves more, as much as to two of which it
-    is one, for that does not tell it from them."""
-    singles = [account for account in accounts if len(account.keys) == 1]
-    alone = {account.keys[0]: account.steadier for account in singles}
-    least = min((account.misfit for account in singles), default=math.inf)
-
-    def worth(account: Account) -> float:
-        better = max(alone.get(key, 0.0) for key in account.keys)
-        beyond = max(account.steadier - better, 0.0) if account.misfit <= least else 0.0
-        return min(account.steadier, better) + BOTH * beyond
-
-    near = {account.keys: worth(account) for account in accounts if account.misfit <= most}
-    part = {
-        (key,): min(steadier, max((near[keys] for keys in near if key in keys), default=0.0))
-        for key, steadier in alone.items()
-    }
-    return {account.keys: 0.0 for account in accounts} | part | near
-
-
 def weighed_again(judgement: Judgement, keys: tuple[str, ...], steadier: float) -> Judgement:
     """The judgement once runs that took no part have said by how much steadier an explanation makes friction
     there (logarithm of a likelihood ratio). What all were credited with for that is at most doubled or taken
@@ -283,8 +217,8 @@ def weighed_again(judgement: Judgement, keys: tuple[str, ...], steadier: float) 
     proportion = float(np.clip(steadier / own, -1.0, 1.0)) if own > 0 else 0.0
     rest = DOUBT / len(judgement.explanations)
     weights = {name: max(p - rest, 0.0) for name, p in judgement.explanations.items()}
-    for credited, worth in judgement.steadier.items():
-        weights["+".join(credited) or UNLISTED] *= math.exp(proportion * worth)
+    for each, worth in judgement.steadier.items():
+        weights["+".join(each) or UNLISTED] *= math.exp(proportion * worth)
     whole = sum(weights.values())
     explanations = {name: rest + (1 - DOUBT) * weight / whole for name, weight in weights.items()}
     return _judged(explanations, judgement.effects, judgement.steadier, judgement.classes)
@@ -337,67 +271,7 @@ def _levelled(
     return out
 
 
-def alternatives(explanations: Mapping[str, float], pair: Sequence[str]) -> dict[str, str]:
-    """What may act in the place of one of two effects that act together, the likeliest first, with the one
-    whose place it takes."""
-    likely = AS_LIKELY * explanations["+".join(pair)]
-    found = {}
-    for name in sorted(explanations, key=lambda name: -explanations[name]):
-        keys = set(name.split("+"))
-        if len(keys) == 2 and len(keys & {*pair}) == 1 and explanations[name] > likely:
-            ((other,), (gone,)) = keys - {*pair}, {*pair} - keys
-            found.setdefault(other, gone)
-    return found
-
-
-def suffices(nominal: float, alone: float) -> bool:
-    """Whether one effect leaves so little of the excess that the model needs no other contact."""
-    return passes_for_noise(alone) or alone < 1 + SUFFICES * (nominal - 1)
-
-
-def hints(nominal: float, alone: float) -> bool:
-    """Whether the best effect takes away enough of the excess for a second to be sought beside it."""
-    return nominal - alone > HINT * (nominal - 1)
-
-
-def passes_for_noise(misfit: float) -> bool:
-    """Whether what an explanation leaves may be noise alone."""
-    return misfit < NEXT_TO_NOISE
-
-
-def leaves_nothing(nominal: float, alone: float) -> bool:
-    """Whether one effect leaves so little of the excess that no second one need be sought."""
-    return alone < max(NOISE, 1 + NOTHING * (nominal - 1))
-
-
 def pieces_of_evidence(best: float, samples: float, inflation: float) -> float:
     """The number of independent samples that the residuals amount to."""
     correlated = max(inflation, LEAST_INFLATION) / samples
     return max(LEAST_PIECES, 1 / (correlated + max(best - 1.0, 0.0) / MISSPECIFIED))
-
-
-def verdict_of(explanations: Mapping[str, float]) -> tuple[Verdict, tuple[str, ...]]:
-    """The verdict that probabilities of explanations come to, and the effects that it names."""
-    leader = max(explanations, key=lambda name: explanations[name])
-    singles = {
-        name: p for name, p in explanations.items() if name not in (NONE, UNLISTED) and "+" not in name
-    }
-    rivals = sorted(singles.values(), reverse=True)
-    together = sum(rivals if leader == NONE else rivals[:TOLD_APART])
-    if leader not in singles and together > explanations[leader]:
-        leader = max(singles, key=lambda name: singles[name])
-    if leader == NONE:
-        return "none", ()
-    if leader == UNLISTED:
-        return "unlisted", ()
-    if "+" in leader:
-        pair = leader.split("+")
-        return "several", (*pair, *alternatives(explanations, pair))
-    named, covered = [], 0.0
-    for name in sorted(singles, key=lambda name: -singles[name]):
-        if covered > ENOUGH * sum(singles.values()) or singles[name] < NOTABLE * singles[leader]:
-            break
-        named.append(name)
-        covered += singles[name]
-    named = named[:MOST_NAMED]
-    return ("effect" if len(named) == 1 else "ambiguous"), tuple(named)

@@ -10,7 +10,7 @@ import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contest import Explanation, best_of, contest
-from fitting.diagnosis.judge import hints
+from fitting.diagnosis.enough import hints
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.repeatability import wanders

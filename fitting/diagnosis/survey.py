@@ -10,7 +10,7 @@ import numpy as np
 from fitting.diagnosis.afresh import afresh, outright
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contest import FROM_NEARBY, Explanation, best_of, contest
-from fitting.diagnosis.judge import suffices
+from fitting.diagnosis.enough import suffices
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import borrowed, released

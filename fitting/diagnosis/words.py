@@ -13,10 +13,11 @@ from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.contest import Explanation
 from fitting.diagnosis.findings import Closure, Where
 from fitting.diagnosis.ground import Ground
-from fitting.diagnosis.judge import Judgement, alternatives
+from fitting.diagnosis.judge import Judgement
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.repeatability import wander_of
 from fitting.diagnosis.shrink import LEAST_REDUCIBLE, NOTABLE_STEADINESS, Split
+from fitting.diagnosis.verdict import alternatives
 from fitting.problem import Problem
 
 WEAK = 3.0

@@ -10,19 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fitting.diagnosis.accounts import Account
-from fitting.diagnosis.judge import (
-    LEAST_INFLATION,
-    alternatives,
-    astray,
-    hints,
-    judge,
-    leaves_nothing,
-    pieces_of_evidence,
-    refuted,
-    suffices,
-    verdict_of,
-    weighed_again,
-)
+from fitting.diagnosis.enough import hints, leaves_nothing, suffices
+from fitting.diagnosis.judge import LEAST_INFLATION, astray, judge, pieces_of_evidence, refuted, weighed_again
+from fitting.diagnosis.verdict import alternatives, verdict_of
 
 SHELF = [f"effect_{n}" for n in range(36)]
 SAMPLES = 16000.0

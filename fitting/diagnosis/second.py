@@ -1,0 +1,70 @@
+"""Whether what two effects leave is evidence for a second one, or for another shape of the first.
+
+The constants are set from what right effects in other formulations left alone, and what the best second
+effect made of that, in sealed cases, beside cases that had two.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+from fitting.diagnosis.accounts import Account
+
+SHAPE = 0.015
+"""The share of the excess that depends on the shape of an effect in any case: what two leave counts against
+so much, or against what one leaves by"""
+REST = 0.3
+"""this factor, where that is less."""
+OTHER_SHAPE = 0.03
+"""The share of the excess that the right effect may leave because it has another shape than on the shelf,"""
+OTHER_SHAPE_OF_LITTLE, LITTLE = 0.1, 0.5
+"""or this larger one up to so much above the noise: what a second effect makes of no more than that is no
+evidence for it, unless one of the two leaves hardly more alone than the best,"""
+NEARLY = 2.0
+"""no more than so many times as much above the noise, and both together next to nothing of that:"""
+MENDED = 0.12
+"""at most this share, for what mends a shape mends it in part."""
+HARDLY = 0.002
+"""A smaller share of the excess is no evidence for a second effect, however little the two leave."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Alone:
+    """What effects leave alone: misfits by effect, and the nominal model's."""
+
+    misfits: Mapping[str, float]
+    nominal: float
+
+    @classmethod
+    def of(cls, accounts: Sequence[Account], nominal: float) -> Alone:
+        """What the accounts of single effects say."""
+        return cls({one.keys[0]: one.misfit for one in accounts if len(one.keys) == 1}, nominal)
+
+    @property
+    def best(self) -> float:
+        """What the best of them leaves."""
+        return min(self.misfits.values(), default=self.nominal)
+
+    @property
+    def soft(self) -> float:
+        """What differences between two effects and one count against, besides the misfits themselves."""
+        return min(SHAPE * self._excess, REST * self._left)
+
+    def makes_needless(self, two: Account) -> bool:
+        """Whether one effect does so well that two are no evidence for a second."""
+        if self.best < 1 + HARDLY * self._excess:
+            return True
+        shape = max(OTHER_SHAPE * self._excess, min(OTHER_SHAPE_OF_LITTLE * self._excess, LITTLE))
+        if self.best >= 1 + shape:
+            return False
+        nearly = {key for key, misfit in self.misfits.items() if misfit <= 1 + NEARLY * self._left}
+        return not nearly & {*two.keys} or two.misfit > 1 + MENDED * self._left
+
+    @property
+    def _excess(self) -> float:
+        return max(self.nominal - 1.0, 0.0)
+
+    @property
+    def _left(self) -> float:
+        return max(self.best - 1.0, 0.0)
