@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import ClassVar
 
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxstick.effect import AbstractEffect, Card
@@ -16,7 +17,11 @@ from jaxstick.parts.scaled_friction import AbstractScaledFriction
 
 
 class PositionDependentFriction(AbstractEffect):
-    """Multiplies the law by 1 + gradient s, s the place on the track [m], at s = 0 the law as it is."""
+    """Multiplies the law by 1 + gradient length tanh(s/length), s the place on the track [m].
+
+    At s = 0 the law is as it is; friction changes evenly along the track where `length` is far longer than
+    the stroke.
+    """
 
     card: ClassVar[Card] = Card(
         title="Friction grows along the track",
@@ -42,14 +47,25 @@ class PositionDependentFriction(AbstractEffect):
     gradient: Float[Array, ""] | float = parameter(
         "1/m", "relative change of friction along the track", null=0.0, typical=0.1, default=0.0
     )
+    length: Float[Array, ""] | float = parameter(
+        "m",
+        "distance from the middle at which friction changes no more",
+        lower=1e-9,
+        typical=2.0,
+        span=(10.0, 50.0),
+        default=1e3,
+    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(oscillator, friction=_Graded(oscillator.friction, self.gradient))
+        return dataclasses.replace(
+            oscillator, friction=_Graded(oscillator.friction, self.gradient, self.length)
+        )
 
 
 class _Graded(AbstractScaledFriction):
     inner: AbstractFriction
     gradient: Scalar
+    length: Scalar
 
     def excess(self, motion: Motion) -> Scalar:
-        return self.gradient * motion.slide
+        return self.gradient * self.length * jnp.tanh(motion.slide / self.length)

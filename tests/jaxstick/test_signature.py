@@ -51,13 +51,18 @@ def test_every_strength_on_the_shelf_has_a_size() -> None:
 
 def test_the_signature_is_a_cycle_with_and_without() -> None:
     seen = signature(KEY)
-    assert seen.values == {"gradient": (pytest.approx(0.1 / float(DRIVE.base_amplitude)), "1/m")}
+    amplitude = float(DRIVE.base_amplitude)
+    assert seen.values == {
+        "gradient": (pytest.approx(0.1 / amplitude), "1/m"),
+        "length": (pytest.approx(2 * amplitude), "m"),
+    }
     for run in (seen.without, seen.with_effect):
         assert len(np.asarray(run.x)) == SAMPLES_PER_CYCLE + 1
         assert np.ptp(np.asarray(run.time)) == pytest.approx(1 / float(DRIVE.frequency))
     slip = np.abs(np.asarray(seen.without.v)) > 0.05
     ratio = np.asarray(seen.with_effect.friction)[slip] / np.asarray(seen.without.friction)[slip]
-    slope = np.polyfit(np.asarray(seen.with_effect.x)[slip], ratio, 1)[0]
+    place = 2 * amplitude * np.tanh(np.asarray(seen.with_effect.x)[slip] / (2 * amplitude))
+    slope = np.polyfit(place, ratio, 1)[0]
     assert slope == pytest.approx(seen.values["gradient"][0], rel=0.3)
 
 

@@ -86,6 +86,16 @@ def test_nothing_is_read_off_a_mass_at_rest() -> None:
             assert effect.read_off(Leftover(rest, rest, rest, rest, rest)) == {}
 
 
+def test_friction_along_a_track_may_level_off() -> None:
+    """As a worn track does towards the ends of the stroke."""
+    values = {"gradient": 15.0, "length": 6e-3}
+    run = simulated(with_effect(NOMINAL, "position_dependent_friction", **values))
+    slip, excess = slipping(run), 15.0 * 6e-3 * np.tanh(run.x / 6e-3)
+    expected = -np.sign(run.v) * law(np.abs(run.v)) * (1 + excess)
+    assert np.abs(run.force - expected)[slip].max() < 2e-3 * STATIC
+    assert np.abs(15.0 * run.x - excess)[slip].max() > 0.02
+
+
 @pytest.mark.parametrize("key", FACTORS)
 def test_a_factor_multiplies_the_whole_law(key: str) -> None:
     values, excess = FACTORS[key]
