@@ -9,8 +9,8 @@ import math
 @dataclasses.dataclass(frozen=True)
 class Account:
     """One explanation's account: its effects, misfit, the number of its parameters that all runs share, and
-    how many more belong to one run each, of so many runs; and by how much steadier it makes friction
-    (logarithm of a likelihood ratio)."""
+    how many more belong to one run each, of so many runs; by how much steadier it makes friction (logarithm
+    of a likelihood ratio), and which of its effects change friction itself."""
 
     keys: tuple[str, ...]
     misfit: float
@@ -18,6 +18,7 @@ class Account:
     of_one_run: float = 0.0
     runs: int = 1
     steadier: float = 0.0
+    of_friction: tuple[str, ...] = ()
 
     def price(self, pieces: float) -> float:
         """What its parameters cost, each by the pieces of evidence that it is found from."""

@@ -198,4 +198,6 @@ def account(model: Model, bench: Bench, nominal: Refit, explanation: Explanation
             of_one_run += (len(runs) - 1) * float(np.var(own) / max(np.mean(own**2), 1e-300))
     steady = max(steadier(nominal.levels, fit.levels, bench.run), 0.0) if bench.wanders else 0.0
     least = 1.0 if bench.scatters and len(keys) > 1 else 0.0
-    return Account(keys, max(fit.misfit / floor, least), parameters, of_one_run, len(runs), steady)
+    of_friction = tuple(key for key in keys if model.shelf.effects[key].card.family == "friction")
+    misfit = max(fit.misfit / floor, least)
+    return Account(keys, misfit, parameters, of_one_run, len(runs), steady, of_friction)

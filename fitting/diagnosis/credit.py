@@ -12,24 +12,27 @@ NO_WORSE = 1.005
 """What steadier friction is worth counts for explanations that leave no more than so many times the least,
 and than so many times what none leaves: the search for one that leaves more has ended elsewhere."""
 BOTH = 0.5
-"""The share that counts of what friction is steadier under two effects than under the better of them: a
-second effect that mends the shape of the first keeps friction steadier, too."""
+"""The share that counts of what friction is steadier under two effects than under the better of them, where
+the second changes friction itself: one that mends the shape of the first keeps friction steadier, too."""
 
 
 def credited(accounts: Sequence[Account], nominal: float) -> dict[tuple[str, ...], float]:
     """What steadier friction is worth to every account: nothing where it leaves far more than the best, for
     what is left bends levels, or more than none does; to two effects as much as to the better of them alone,
-    and a share of what is beyond that where they leave no more than one; and to an effect that leaves more,
+    and a share of what is beyond that where they leave no more than one and the second changes friction; and to an effect that leaves more,
     as much as to two of which it is one, for that does not tell it from them."""
     singles = [account for account in accounts if len(account.keys) == 1]
     alone = {account.keys[0]: account.steadier for account in singles}
-    least = min((account.misfit for account in singles), default=math.inf)
+    left = {account.keys[0]: account.misfit for account in singles}
+    least = min(left.values(), default=math.inf)
     best = min([nominal, *(account.misfit for account in accounts)])
     most = min(NEARLY_BEST * best, NO_WORSE * nominal)
 
     def worth(account: Account) -> float:
         better = max(alone.get(key, 0.0) for key in account.keys)
-        beyond = max(account.steadier - better, 0.0) if account.misfit <= least else 0.0
+        second = max(account.keys, key=lambda key: left.get(key, math.inf))
+        counts = second in account.of_friction and account.misfit <= least
+        beyond = max(account.steadier - better, 0.0) if counts else 0.0
         return min(account.steadier, better) + BOTH * beyond
 
     near = {account.keys: worth(account) for account in accounts if account.misfit <= most}

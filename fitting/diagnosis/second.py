@@ -23,7 +23,7 @@ OTHER_SHAPE_OF_LITTLE, LITTLE = 0.1, 0.5
 evidence for it, unless one of the two leaves hardly more alone than the best,"""
 NEARLY = 2.0
 """no more than so many times as much above the noise, and both together next to nothing of that:"""
-MENDED = 0.12
+MENDED = 0.1
 """at most this share, for what mends a shape mends it in part."""
 HARDLY = 0.002
 """A smaller share of the excess is no evidence for a second effect, however little the two leave."""

@@ -15,7 +15,9 @@ FLOOR = 1.1
 
 def left(misfit: float, *keys: str, scatters: bool) -> float:
     """The misfit that is counted for an explanation by these effects, in units of the floor."""
-    model: Any = SimpleNamespace(of=lambda _: np.array([0]), by_run=np.zeros(0, int))
+    effects = {key: SimpleNamespace(card=SimpleNamespace(family="friction")) for key in keys}
+    shelf = SimpleNamespace(effects=effects)
+    model: Any = SimpleNamespace(of=lambda _: np.array([0]), by_run=np.zeros(0, int), shelf=shelf)
     bench: Any = SimpleNamespace(run=np.array([0, 0, 1]), wanders=False, scatters=scatters)
     found: Any = SimpleNamespace(keys=keys, refit=SimpleNamespace(misfit=misfit))
     nominal: Any = None
