@@ -19,8 +19,9 @@ the second changes friction itself: one that mends the shape of the first keeps 
 def credited(accounts: Sequence[Account], nominal: float) -> dict[tuple[str, ...], float]:
     """What steadier friction is worth to every account: nothing where it leaves far more than the best, for
     what is left bends levels, or more than none does; to two effects as much as to the better of them alone,
-    and a share of what is beyond that where they leave no more than one and the second changes friction; and to an effect that leaves more,
-    as much as to two of which it is one, for that does not tell it from them."""
+    and a share of what is beyond that where they leave no more than one and the second changes friction; and
+    to an effect that leaves more, as much as to two of which it is one, for that does not tell it from them.
+    """
     singles = [account for account in accounts if len(account.keys) == 1]
     alone = {account.keys[0]: account.steadier for account in singles}
     left = {account.keys[0]: account.misfit for account in singles}
