@@ -63,7 +63,7 @@ class GuideFriction(AbstractEffect):
         lower=0.0,
         typical=0.01,
         span=(1e4, 50.0),
-        default=0.0,
+        default=1e-9,
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
