@@ -33,7 +33,8 @@ scores vary by: where only few segments show it, no score can be."""
 MORE_THAN_ONE = 0.8
 """Contacts are tried beside two effects that leave less than this share of what one leaves."""
 CARRIED = 8
-"""So many explanations are fitted once more under a contact that the best of them asks for."""
+"""So many explanations are fitted once more: under a contact that the best of them asks for, or weighed
+anew."""
 LOST = 0.05
 """No more than this share of the lanes is lost where nothing acts."""
 PIECES_A_LANE, PIECES_FREED = 1.0, 3.0
@@ -83,6 +84,16 @@ class Attribution:
         return passes_for_noise(self.nominal.misfit / self.floor)
 
     @property
+    def leading(self) -> tuple[Explanation, ...]:
+        """The best explanations, and each effect of the very best alone."""
+        best, *_ = self.explanations
+        return tuple(
+            e
+            for place, e in enumerate(self.explanations)
+            if place < CARRIED or (len(e.keys) == 1 and e.keys[0] in best.keys)
+        )
+
+    @property
     def asks_for_a_contact(self) -> bool:
         """Whether two effects explain more than one, beside which contacts have been tried, and still leave
         notably more than what no model gets below."""
@@ -124,7 +135,7 @@ def on_another_contact(model: Model, bench: Bench, found: Attribution, other: Mo
         (moved,) = refit(other, bench, [point], [free_under(fit, model, other)])
         return released(other, bench, moved)
 
-    best = found.explanations[:CARRIED]
+    best = found.leading
     nominal, *fits = other.side_by_side(again, [found.nominal, *(e.refit for e in best)])
     explanations = [dataclasses.replace(e, refit=fit) for e, fit in zip(best, fits, strict=True)]
     floor = min(found.floor, floor_of(other, bench, [nominal]))
@@ -134,7 +145,7 @@ def on_another_contact(model: Model, bench: Bench, found: Attribution, other: Mo
 def on_another_bench(model: Model, bench: Bench, found: Attribution) -> Attribution:
     """The best explanations and the nominal model fitted once more to the same lanes weighed otherwise, and
     judged by that."""
-    best = found.explanations[:CARRIED]
+    best = found.leading
     before = [found.nominal, *(e.refit for e in best)]
     fits = refit(model, bench, [fit.point for fit in before], [fit.free for fit in before])
     nominal, *fits = model.side_by_side(lambda fit: released(model, bench, fit), fits)

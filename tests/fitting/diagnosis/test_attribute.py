@@ -47,3 +47,14 @@ def test_a_contact_is_asked_for_where_two_effects_leave_less_than_one_and_yet_a_
     assert asked.fget(found) is asks
     found.explanations = explanations[1:]
     assert not asked.fget(found)
+
+
+def test_what_is_fitted_once_more_holds_the_effects_of_the_best_alone():
+    """A pair is judged by what its effects leave alone, however many other pairs come before these."""
+    pairs = [("one", f"other {n}") for n in range(9)]
+    explanations = [
+        SimpleNamespace(keys=keys) for keys in (*pairs, ("none of these",), ("one",), ("other 3",))
+    ]
+    leading: Any = Attribution.leading
+    found = [e.keys for e in leading.fget(SimpleNamespace(explanations=explanations))]
+    assert found == [*pairs[:8], ("one",)]
