@@ -120,8 +120,8 @@ def likeliest(
         near = settled & _near(best, noise / information)
         variance = WIDTHS[:, None] ** 2 * noise + noise / information[near]
         cost = np.sum(np.log(variance) + best[near] ** 2 / variance, axis=1)
-        typical_own = math.sqrt(float(np.median(own[:, place] ** 2)) / MEDIAN_SQUARE)
-        cost[min(typical_own / NARROWER, widths[number]) > WIDTHS] = np.inf
+        wandered = math.sqrt(_typical_square(own[:, place]))
+        cost[min(wandered / NARROWER, widths[number]) > WIDTHS] = np.inf
         chosen = int(np.argmin(cost))
         found[number] = WIDTHS[chosen]
         price += float(np.sum(np.log1p(WIDTHS[chosen] ** 2 * information)))
@@ -130,7 +130,11 @@ def likeliest(
 
 
 def _near(values: np.ndarray, variance: np.ndarray) -> np.ndarray:
-    """Which values, each known to within its variance, are no outliers of a normal distribution around zero;
-    its own variance is read off their median square, which outliers hardly touch."""
-    square = values**2
-    return square <= FAR_OFF**2 * (np.median(square) / MEDIAN_SQUARE + variance)
+    """Which values, each known to within its variance, are no outliers of a normal one around zero."""
+    return values**2 <= FAR_OFF**2 * (_typical_square(values) + variance)
+
+
+def _typical_square(values: np.ndarray) -> float:
+    """The variance of a normal distribution around zero as the median square of values tells it, which
+    outliers hardly touch."""
+    return float(np.median(values**2)) / MEDIAN_SQUARE

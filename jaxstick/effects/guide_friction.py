@@ -12,11 +12,9 @@ from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter
 from jaxstick.parts.added_force import AbstractAddedForce
+from jaxstick.parts.decay import mean_decay
 from jaxstick.parts.motion import Motion, Scalar
 from jaxstick.parts.rig import AbstractRig
-
-SHORT = 1e-4
-"""Of (1 - exp(-z))/z no more than 1 - z/2 is left below this."""
 
 
 class GuideFriction(AbstractEffect):
@@ -100,8 +98,6 @@ class _Rubbing(AbstractAddedForce):
 
     def _share(self, memory: _Yield, motion: Motion) -> Scalar:
         crept = self.per_second * (motion.t - memory.t)
-        short = crept < SHORT
-        apart = jnp.where(short, 1.0, crept)
-        arriving = jnp.where(short, 1 - crept / 2, -jnp.expm1(-apart) / apart)
-        share = jnp.exp(-crept) * memory.share + arriving * self.per_metre * (motion.x - memory.x)
+        arriving = self.per_metre * (motion.x - memory.x) * mean_decay(crept)
+        share = jnp.exp(-crept) * memory.share + arriving
         return jnp.clip(share, -1.0, 1.0)

@@ -22,6 +22,7 @@ from jaxstick.parts.contact import (
     fitted_inertia,
     sense_of,
 )
+from jaxstick.parts.decay import mean_decay
 from jaxstick.parts.motion import Scalar
 
 ELEMENTS = 4
@@ -158,6 +159,4 @@ def _share(slips: Array, limits: Array) -> Scalar:
 def _followed(start: Scalar, slide: Scalar, full: Scalar, plasticity: Scalar) -> Scalar:
     """The bristles' deflection after sliding by `slide`: the solution of dz = dx - plasticity z/full |dx|."""
     exponent = plasticity * jnp.abs(slide) / full
-    small = exponent < 1e-9
-    mean = jnp.where(small, 1 - exponent / 2, -jnp.expm1(-exponent) / jnp.where(small, 1.0, exponent))
-    return start + slide * (1 - plasticity * sense_of(slide) * start / full) * mean
+    return start + slide * (1 - plasticity * sense_of(slide) * start / full) * mean_decay(exponent)
