@@ -1,5 +1,5 @@
-"""Where the mass has been before a segment of a run: read off the record, and beyond its beginning from the
-cycles that the motion repeats, or at rest where it repeats none."""
+"""Where mass and base have been before a segment of a run: read off the record, and beyond its beginning
+from the cycles that the motion repeats, or at rest where it repeats none."""
 
 from __future__ import annotations
 
@@ -23,10 +23,11 @@ REPEATED = 0.2
 
 @dataclasses.dataclass(frozen=True)
 class History:
-    """The displacement of a run, and of the time before it: how far it is looked back upon [s], and the cycle
-    in which it repeats itself [s], None where it does not."""
+    """The displacements of a run, and of the time before it: how far it is looked back upon [s], and the
+    cycle in which it repeats itself [s], None where it does not."""
 
     run: Run
+    base: np.ndarray
     span: float
     cycle: float | None
 
@@ -38,10 +39,15 @@ class History:
         cycle = None if samples is None else samples * run.interval
         length = float(run.time[-1] - run.time[0])
         span = CYCLES * (cycle or period or length / CYCLES)
-        return cls(run, span, cycle if samples is not None and _repeats(run.displacement, samples) else None)
+        return cls(
+            run,
+            signal.base,
+            span,
+            cycle if samples is not None and _repeats(run.displacement, samples) else None,
+        )
 
-    def track(self, sample: int) -> tuple[np.ndarray, np.ndarray]:
-        """Times before a sample [s], from none on, and the displacement there [m]."""
+    def track(self, sample: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times before a sample [s], from none on, and the displacements of mass and base there [m]."""
         run = self.run
         growing = np.sinh(STRETCH * np.linspace(0, 1, POINTS)) / math.sinh(STRETCH)
         lags = self.span * growing
@@ -49,7 +55,8 @@ class History:
         if self.cycle is not None:
             cycles = np.ceil((run.time[0] - times) / self.cycle - 1e-9)
             times = times + self.cycle * np.maximum(cycles, 0)
-        return lags, np.interp(times, run.time, run.displacement)
+        mass, base = (np.interp(times, run.time, x) for x in (run.displacement, self.base))
+        return lags, mass, base
 
 
 def _repeats(displacement: np.ndarray, cycle: float) -> bool:

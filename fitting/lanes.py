@@ -43,7 +43,8 @@ class Lanes(eqx.Module):
     the prior of displacement, velocity and contact force at the first sample; `rest` [s], `impulse` [N s],
     `slid` and `recorded` [N] say for how long the mass has then been at rest, what the friction force has by
     then added up to, the sense in which the mass slid last (1, -1, 0: not known), and what the force channel
-    shows, smoothed over a few samples (not a number without that channel); `track`, where the mass has been.
+    shows, smoothed over a few samples (not a number without that channel); `track`, where mass and base have
+    been.
     """
 
     rig_shift: Mapping[str, Lane]

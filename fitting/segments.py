@@ -101,7 +101,7 @@ def lay_out(
         impulse=stacked["impulse"],
         slid=stacked["slid"],
         recorded=stacked["recorded"],
-        track=Track(stacked["lags"], stacked["been"]),
+        track=Track(stacked["lags"], stacked["been"], stacked["base_been"]),
         substeps=substeps,
     )
 
@@ -158,7 +158,7 @@ def _lane(
     piece = segment.first * refine + np.arange((samples - 1) * refine)
     piece = np.minimum(piece, len(pieces[0]) - 1)
     has_friction = run.friction is not None
-    lags, been = history.track(segment.first)
+    lags, been, base_been = history.track(segment.first)
     friction_weight = counts / signal.friction_noise if signal.friction_noise else np.zeros(samples)
     start = [run.displacement[index[0]], signal.velocity[index[0]], signal.friction[index[0]]]
     deviation = [
@@ -183,4 +183,5 @@ def _lane(
         "recorded": signal.recorded[segment.first],
         "lags": lags,
         "been": been,
+        "base_been": base_been,
     }

@@ -17,7 +17,7 @@ from jaxstick.parts.instrument import AbstractInstrument, IdealInstrument, Past
 from jaxstick.parts.kept import kept
 from jaxstick.parts.motion import Motion, Scalar
 from jaxstick.parts.rig import AbstractRig
-from jaxstick.parts.track import Track
+from jaxstick.parts.track import Trace, Track
 
 PROBE = 1e-7
 """Time [s] over which the rate of the friction force is taken at the start of a motion."""
@@ -28,7 +28,7 @@ class Start(NamedTuple):
     long the contact has been at rest [s]; and, where it is picked up in the middle of a record, the integral
     of the recorded friction force from the beginning of the run [N s], the sense in which the mass slid last
     (1, -1, or 0 where it did not), the friction force as it is recorded there [N], not a number where it is
-    not, and where the mass has been, None where that was not recorded."""
+    not, and where mass and base have been, None where that was not recorded."""
 
     displacement: Scalar = 0.0
     velocity: Scalar = 0.0
@@ -99,13 +99,21 @@ class Oscillator(eqx.Module):
         traction = self.traction(law, motion)
         motion = motion._replace(since=self._since_rest(motion, start, traction))
         rig = self.rig.initial(motion)
-        approach = Approach(start.friction, motion.slide_rate, start.rest, start.slid)
+        rates = None if start.track is None else self._slid(start.track).rates(motion.slide_rate)
+        approach = Approach(start.friction, motion.slide_rate, start.rest, start.slid, rates)
         friction, contact = self.contact.initial(approach, traction)
         motion = motion._replace(track=None, a=(self.rig.force(rig, motion) + friction) / self.rig.inertia())
         rate = self._friction_rate(motion, self.rig.surface(excitation), rig, contact, traction)
         past = Past(rate, start.impulse, start.recorded)
         instrument = self.instrument.initial(motion, friction, past)
         return State(start.displacement, start.velocity, friction, contact, rig, law, instrument)
+
+    def _slid(self, track: Track) -> Trace:
+        """By how far the mass had slid before a start [m]."""
+        base = jnp.asarray(track.base)
+        still = jnp.zeros_like(base)
+        surface = self.rig.surface(Excitation(base, still, still, still))
+        return Trace(track.lags, track.displacement - surface.position)
 
     def _since_rest(self, motion: Motion, start: Start, traction: Traction) -> Scalar:
         """How far the mass has moved since it came to rest [m]: by as much as the contact spring has given

@@ -29,23 +29,28 @@ OWN_REACH = 10.0
 FRICTION_REACH = 0.3
 """and as large a share of friction."""
 FARTHEST = 30.0
+LONG = 20.0
+"""Where the strength of an effect is a time, a refit begins at so many typical sizes, too, `HEAT` steps
+before the others: what a delay or a lag does is not in proportion to it, and from one that is too short a
+search may end before it is long enough."""
 
 
 class Approach(NamedTuple):
     """How refits begin: at which shares of the change that the linearised model expects, at most how many
     typical sizes from null, but for a share beyond the whole, which goes as far as is expected, up to
-    `FARTHEST`; whether lanes settle first, and whether what ends above the base, which it contains, begins
-    once more at null."""
+    `FARTHEST`; whether lanes settle first, whether what ends above the base, which it contains, begins once
+    more at null, and whether a time begins `LONG`, too."""
 
     shares: tuple[float, ...]
     far: float
     settle: bool
     returns: bool
+    long: bool
 
 
-FROM_AFAR = Approach((0.7, 3.0), 6.0, False, True)
+FROM_AFAR = Approach((0.7, 3.0), 6.0, False, True, True)
 """From a model that lacks the effect: what is expected there may be far off."""
-FROM_NEARBY = Approach((0.5, 1.0), math.inf, True, False)
+FROM_NEARBY = Approach((0.5, 1.0), math.inf, True, False, False)
 """From a model that has another effect in its place, and may have gone a long way with it."""
 
 
@@ -90,6 +95,12 @@ def contest(
     common = model.free_effects(base.free)
     progress.stage("pairs refitted" if common else "effects refitted", HEAT + ITERATIONS)
     moves = bool(np.any(base.point.widths > LEAST))
+    lasting = [promise for promise in promises if approach.long and model.lasts(promise.key)]
+    if lasting:
+        points = [_begin(model, bench, base, _long(promise), 1.0, LONG).take(few) for promise in lasting]
+        early = [start(model, base, each, point) for each, point in zip(lasting, points, strict=True)]
+        tried = heats(model, heat, early, Silent(), wander=moves)
+        starts += [Start(each.promise, each.keys, each.refit.point, each.refit.free) for each in tried]
     tried = heats(model, heat, starts, progress, wander=moves)
     if approach.returns:
         stays = base.price(bench) * misfit_of(base.cost[few], heat.dof())
@@ -200,6 +211,13 @@ def _begin(
     by_run = np.clip(point.by_run, model.lower[model.by_run], model.upper[model.by_run])
     own = _own(bench, base, promise, share)
     return dataclasses.replace(point, coordinates=coordinates, by_run=by_run, own=own)
+
+
+def _long(promise: Promise) -> Promise:
+    """The promise of a long time, for which nothing makes room beforehand."""
+    change = np.copysign(LONG, promise.change)
+    still = {name: np.zeros_like(getattr(promise, name)) for name in ("room", "own_room")}
+    return dataclasses.replace(promise, change=change, **still)
 
 
 def _own(bench: Bench, base: Refit, promise: Promise, share: float) -> np.ndarray:

@@ -13,12 +13,16 @@ from jaxstick.parameter import parameter
 from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction
 from jaxstick.parts.motion import Scalar
 
+NO_TIME = 1e-9
+"""A time [s] that nothing happens in: it stands for none where one divides by it."""
+
 
 class FrictionalMemory(AbstractEffect):
     """The dry part of the law sees the sliding velocity w through a first-order lag: lag w' = v - w.
 
     Across a step from v0 to v1 the lag is taken implicitly, w1 = v1 + lag/(lag + h) (w0 - v1), so that it
-    vanishes smoothly with the lag. The viscous part keeps the velocity itself.
+    vanishes smoothly with the lag. The viscous part keeps the velocity itself. A motion that is picked up in
+    the middle of a record begins with the w that the sliding before it has led to.
     """
 
     card: ClassVar[Card] = Card(
@@ -59,8 +63,12 @@ class _Lagging(AbstractContact):
     lag: Scalar
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
-        friction, inner = self.inner.initial(approach, traction)
-        return friction, (inner, approach.rate)
+        lagging = approach.rate
+        if approach.rates is not None:
+            lagging = approach.rates.followed(self.lag + NO_TIME, approach.rates.oldest()[0])
+        remembering = traction._replace(limit=lambda rate, sense: traction.limit(lagging, sense))
+        friction, inner = self.inner.initial(approach, remembering)
+        return friction, (inner, lagging)
 
     def grip(self, state: Any, passage: Passage, traction: Traction) -> Grip:
         inner, lagging = state

@@ -70,7 +70,7 @@ class _Relaxing(AbstractAddedForce):
     def begin(self, motion: Motion) -> Any:
         if motion.track is None:
             return self._in_rhythm(motion.x, motion.v)
-        return motion.track.followed(self.time, self._in_rhythm(*motion.track.oldest()))
+        return motion.track.mass.followed(self.time, self._in_rhythm(*motion.track.mass.oldest()))
 
     def _in_rhythm(self, x: Scalar, v: Scalar) -> Scalar:
         """Where w is in a harmonic motion."""

@@ -15,6 +15,7 @@ from jaxtyping import Array, Float
 
 from jaxstick.parameter import parameter
 from jaxstick.parts.motion import Scalar
+from jaxstick.parts.track import Trace
 from jaxstick.parts.yielding import Window, yielding
 
 
@@ -41,13 +42,15 @@ class Passage(NamedTuple):
 
 class Approach(NamedTuple):
     """How the contact comes to the first node: the force on the mass that its spring holds there [N], the
-    sliding velocity [m/s], for how long it has been at rest [s], and the sense of the sliding before that, 1
-    or -1, 0 where it is not known: what yields element by element remembers it."""
+    sliding velocity [m/s], for how long it has been at rest [s], the sense of the sliding before that, 1 or
+    -1, 0 where it is not known: what yields element by element remembers it; and the sliding velocity in the
+    time before the start [m/s], None where that is not known."""
 
     force: Scalar
     rate: Scalar
     rest: Scalar
     slid: Scalar = 0.0
+    rates: Trace | None = None
 
 
 class Grip(NamedTuple):

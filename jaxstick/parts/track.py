@@ -1,4 +1,4 @@
-"""Where the mass has been before a motion begins, and what has followed it there."""
+"""Where mass and base have been before a motion begins, and what has followed them there."""
 
 from __future__ import annotations
 
@@ -8,30 +8,54 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+Points = Float[Array | np.ndarray, " points"]
 
-class Track(NamedTuple):
-    """Displacement of the mass [m] at times before a start, as it was recorded.
 
-    lags: by how long each lies before the start [s], from 0 on, growing.
-    """
+class Trace(NamedTuple):
+    """What something was at times before a start; lags: by how long each lies before it [s], from 0 on,
+    growing."""
 
-    lags: Float[Array | np.ndarray, " points"]
-    displacement: Float[Array | np.ndarray, " points"]
+    lags: Points
+    values: Points
 
     def oldest(self) -> tuple[Array | float, Array | float]:
-        """Displacement and velocity at the beginning of the track [m, m/s]."""
-        x = self.displacement[-1]
-        return x, (self.displacement[-2] - x) / (self.lags[-1] - self.lags[-2])
+        """The value at the beginning of the trace, and its rate there."""
+        x = self.values[-1]
+        return x, (self.values[-2] - x) / (self.lags[-1] - self.lags[-2])
 
     def followed(self, time: Array | float, begin: Array | float) -> Array:
-        """Where w, with time w' = x - w, has come to at the start, from `begin` at the oldest point [m].
+        """Where w, with time w' = x - w, has come to at the start, from `begin` at the oldest point.
 
         Exact for straight lines between the points: over a span d on which x goes from a with slope g,
         w = x - g time + (w_a - a + g time) exp(-d/time).
         """
-        lags, x = jnp.asarray(self.lags), jnp.asarray(self.displacement)
+        lags, x = jnp.asarray(self.lags), jnp.asarray(self.values)
         new, old, spans = x[:-1], x[1:], jnp.diff(lags)
         behind = time * (new - old) / spans
         arrived = new - behind + (behind - old) * jnp.exp(-spans / time)
         fades = jnp.exp(-lags / time)
         return jnp.sum(arrived * fades[:-1]) + begin * fades[-1]
+
+    def rates(self, now: Array | float) -> Trace:
+        """The rate of it: `now` at the start, before that the slopes between the points, each in the middle
+        of two."""
+        lags, x = jnp.asarray(self.lags), jnp.asarray(self.values)
+        slopes = -jnp.diff(x) / jnp.diff(lags)
+        middles = (lags[:-1] + lags[1:]) / 2
+        return Trace(
+            jnp.concatenate([lags[:1], middles]), jnp.concatenate([jnp.atleast_1d(jnp.asarray(now)), slopes])
+        )
+
+
+class Track(NamedTuple):
+    """Displacements of the mass and of the base [m] at times before a start, as they were recorded; lags: by
+    how long each lies before it [s], from 0 on, growing."""
+
+    lags: Points
+    displacement: Points
+    base: Points
+
+    @property
+    def mass(self) -> Trace:
+        """The displacement of the mass [m]."""
+        return Trace(self.lags, self.displacement)

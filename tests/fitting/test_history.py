@@ -23,6 +23,11 @@ def moved(x: np.ndarray, frequency: float | None = FREQUENCY) -> History:
     return History.of(read_signals(run, NOISE), PERIOD)
 
 
+def swing(time: np.ndarray) -> np.ndarray:
+    """The base's displacement as it is stated."""
+    return 0.01 * np.sin(2 * np.pi * FREQUENCY * time)
+
+
 def wave(time: np.ndarray) -> np.ndarray:
     return 0.01 * np.sin(2 * np.pi * FREQUENCY * time + 0.4) + 0.004 * np.sin(6 * np.pi * FREQUENCY * time)
 
@@ -31,10 +36,11 @@ def wave(time: np.ndarray) -> np.ndarray:
 def test_a_motion_that_repeats_itself_did_so_before_its_record(cycles: float):
     time = INTERVAL * np.arange(round(cycles / FREQUENCY / INTERVAL), dtype=float)
     for sample in (0, 30, len(time) - 1):
-        lags, x = moved(wave(time)).track(sample)
+        lags, x, base = moved(wave(time)).track(sample)
         assert lags[0] == 0 and np.all(np.diff(lags) > 0)
         assert lags[-1] == pytest.approx(CYCLES / FREQUENCY)
         assert x == pytest.approx(wave(time[sample] - lags), abs=3e-5)
+        assert base == pytest.approx(swing(0.3 + time[sample] - lags), abs=3e-5)
 
 
 @pytest.mark.parametrize(
@@ -45,7 +51,7 @@ def test_a_motion_that_does_not_repeat_itself_began_at_rest(cycles: float, frequ
     time = INTERVAL * np.arange(round(cycles / FREQUENCY / INTERVAL), dtype=float)
     x = 0.002 + wave(time) * (time if cycles > 1 else 1.0)
     history = moved(x, frequency)
-    lags, before = history.track(50)
+    lags, before, _ = history.track(50)
     known = lags <= time[50]
     assert before[known] == pytest.approx(np.interp(time[50] - lags[known], time, x), abs=1e-12)
     assert np.all(before[~known] == x[0]) and np.any(~known)

@@ -46,6 +46,13 @@ def test_two_that_close_it_alike_are_left_open():
     assert found.effects[SHELF[0]] == pytest.approx(0.5, abs=0.3)
 
 
+def test_two_that_differ_by_less_than_instruments_do_are_left_open_yet_told_from_none():
+    found = judge(2.0, [account(0, 0.956, 2), account(1, 0.972)], SAMPLES / 2, 1.5, SHELF)
+    assert (found.verdict, {*found.named}) == ("ambiguous", {SHELF[0], SHELF[1]})
+    slight = judge(1.03, [account(0, 1.0), account(1, 1.028)], SAMPLES / 2, 1.5, SHELF)
+    assert slight.verdict == "effect" and slight.effects["none"] < 0.1
+
+
 def test_a_gap_that_nothing_closes_is_unlisted():
     found = judge(50.0, [account(0, 35.0), account(1, 40.0, 2)], SAMPLES, 20.0, SHELF)
     assert found.verdict == "unlisted"

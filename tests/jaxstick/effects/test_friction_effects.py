@@ -22,6 +22,7 @@ from jaxstick.parts.contact import Approach, LoadedContact, Passage, SmoothConta
 from jaxstick.parts.drive import AbstractDrive, Excitation, RecordedDrive, SineDrive
 from jaxstick.parts.friction import ExponentialFriction
 from jaxstick.parts.rig import Rig
+from jaxstick.parts.track import Track
 from jaxstick.simulate import Grid, march, simulate
 from tests.jaxstick.rig1987_runs import RIG, constants
 
@@ -210,6 +211,24 @@ def test_friction_lags_a_ramp_of_velocity_by_the_lag() -> None:
     slip = t > 0.02
     assert np.abs(force + A * np.exp(-B * lagging) + C)[slip].max() < 2e-3 * A
     assert np.abs(law(acceleration * t) - D * acceleration * t + force)[slip].max() > 0.03 * A
+
+
+@pytest.mark.parametrize("at", [1203, 1287, 1497, 1623])
+def test_a_motion_that_is_picked_up_remembers_how_it_slid(at: int) -> None:
+    """Friction goes on as in the run from its start, on a guide carried by the base too; a motion of which
+    nothing is known before begins as if it had always slid so."""
+    lagging = with_effect(NOMINAL, "frictional_memory", lag=0.06)
+    run = simulated(lagging)
+    past = 1e-3 * np.arange(at + 1)
+    base = np.asarray(DRIVE.at(jnp.asarray(past)).y)
+    track = Track(past, run.x[at::-1], base[::-1])
+    begin = Start(run.x[at], run.v[at], run.friction[at], track=track)
+
+    def astray(start: Start) -> float:
+        grid = Grid(1e-3 * at, 1e-3, 100, 10)
+        return float(np.abs(march(lagging, start, grid).friction - run.friction[at : at + 100]).max())
+
+    assert astray(begin) < 2e-3 < 0.4 < astray(begin._replace(track=None))
 
 
 def test_a_lag_makes_a_loop_that_is_higher_while_speeding_up() -> None:

@@ -22,7 +22,7 @@ from jaxstick.parts.drive import SineDrive
 from jaxstick.parts.friction import ExponentialFriction
 from jaxstick.parts.motion import Motion
 from jaxstick.parts.rig import AbstractRig, Rig
-from jaxstick.parts.track import Track
+from jaxstick.parts.track import Trace, Track
 from jaxstick.simulate import Grid, march, simulate
 from tests.jaxstick.rig1987_runs import RIG, constants
 
@@ -127,19 +127,21 @@ def test_a_relaxing_branch_picked_up_in_a_record_begins_where_the_motion_has_bro
     here = Motion(21.0, x[0], *(0.0,) * 8, direction=1.0)
     bare = float(SMOOTH.rig.force(SMOOTH.rig.initial(here), here))
     for part in (slice(None), slice(0, 24001)):
-        start = here._replace(track=Track(jnp.asarray(lags[part]), jnp.asarray(x[part])))
+        start = here._replace(
+            track=Track(jnp.asarray(lags[part]), jnp.asarray(x[part]), jnp.zeros(len(lags[part])))
+        )
         held = float(rig.force(rig.initial(start), here)) - bare
         assert held == pytest.approx(-stiffness * (x[0] - w), rel=2e-3)
 
 
-def test_what_follows_a_track_is_exact_on_straight_lines_and_differentiable() -> None:
+def test_what_follows_a_trace_is_exact_on_straight_lines_and_differentiable() -> None:
     """w of a ramp lags by its rate times time; the slope in time is that of central differences."""
-    track = Track(jnp.array([0.0, 0.3, 0.5, 2.0]), 5.0 - 1.5 * jnp.array([0.0, 0.3, 0.5, 2.0]))
-    assert float(track.followed(0.1, 2.0)) == pytest.approx(5.0 - 1.5 * 0.1, abs=1e-8)
-    assert float(track.followed(1e4, 2.0)) == pytest.approx(2.0 + 1.5 * 2.0**2 / 2 / 1e4, abs=1e-6)
+    trace = Trace(jnp.array([0.0, 0.3, 0.5, 2.0]), 5.0 - 1.5 * jnp.array([0.0, 0.3, 0.5, 2.0]))
+    assert float(trace.followed(0.1, 2.0)) == pytest.approx(5.0 - 1.5 * 0.1, abs=1e-8)
+    assert float(trace.followed(1e4, 2.0)) == pytest.approx(2.0 + 1.5 * 2.0**2 / 2 / 1e4, abs=1e-6)
 
     def followed(time: Any) -> Any:
-        return track.followed(time, 2.5)
+        return trace.followed(time, 2.5)
 
     slope = (float(followed(0.7001)) - float(followed(0.6999))) / 2e-4
     assert float(jax.grad(followed)(0.7)) == pytest.approx(slope, rel=1e-6)
