@@ -69,7 +69,7 @@ class _LateForce(AbstractForceLink):
         return _Memory(blank(friction), past)
 
     def follow(self, own: _Memory, motion: Motion, friction: Scalar, step: Scalar) -> _Memory:
-        return _Memory(taped(own.tape, friction, step), own.past)
+        return _Memory(taped(own.tape, friction, step, self.delay), own.past)
 
     def passed(self, own: _Memory, motion: Motion, friction: Scalar) -> Scalar:
         earlier = self.delay - own.tape.count * own.tape.step

@@ -186,6 +186,13 @@ def test_the_delayed_force_is_the_force_shifted(late):
     )
 
 
+@pytest.mark.parametrize("late", [190.2 * STEP, 0.31, 0.779])
+def test_a_delay_of_many_steps_is_no_shorter_for_that(late):
+    seen = recorded(instrument("force_delay", delay=late), sine(0.8)).friction
+    inside = late <= TIME
+    np.testing.assert_allclose(seen[inside], np.sin(1.6 * np.pi * (TIME - late))[inside], atol=2e-4)
+
+
 def test_the_delayed_force_is_smooth_in_the_delay():
     delays = jnp.linspace(1.0e-3, 3.0e-3, 41)
     force = sine(8.0)
