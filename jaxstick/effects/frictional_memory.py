@@ -15,6 +15,9 @@ from jaxstick.parts.motion import Scalar
 
 NO_TIME = 1e-9
 """A time [s] that nothing happens in: it stands for none where one divides by it."""
+INSTANT = 1e-4
+"""Where the limit of the contact at another velocity than that of the start is asked for, it is taken to have
+had this time [s] to follow."""
 
 
 class FrictionalMemory(AbstractEffect):
@@ -66,7 +69,13 @@ class _Lagging(AbstractContact):
         lagging = approach.rate
         if approach.rates is not None:
             lagging = approach.rates.followed(self.lag + NO_TIME, approach.rates.oldest()[0])
-        remembering = traction._replace(limit=lambda rate, sense: traction.limit(lagging, sense))
+        follows = INSTANT / (self.lag + INSTANT)
+
+        def limit(rate: Scalar, sense: Scalar) -> Scalar:
+            change = traction.limit(rate, sense) - traction.limit(approach.rate, sense)
+            return traction.limit(lagging, sense) + follows * change
+
+        remembering = traction._replace(limit=limit)
         friction, inner = self.inner.initial(approach, remembering)
         return friction, (inner, lagging)
 

@@ -13,7 +13,7 @@ import pytest
 from fitting.diagnosis import contest as contesting
 from fitting.diagnosis.afresh import afresh, outright
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.contest import Approach, contest
+from fitting.diagnosis.contest import FROM_AFAR, Approach, contest
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.screen import Promise, screen
@@ -21,6 +21,7 @@ from fitting.diagnosis.wander import START
 from fitting.progress import Silent
 from jaxstick.effects.asymmetric_friction import AsymmetricFriction
 from jaxstick.effects.force_hysteresis import ForceHysteresis
+from jaxstick.effects.frictional_memory import FrictionalMemory
 from tests.fitting.diagnosis.grounded import UNEVEN, from_the_truth, laid_out, noisy_runs, screened
 from tests.fitting.reference_data import TRUTH, dataset
 
@@ -28,7 +29,7 @@ DRY = 0.2
 ASTRAY = {"A": 0.02, "B": 20.0, "C": 2.0, "D": 40.0, "k1": 5e3}
 """Constants of a friction that is nearly all viscous, on a soft contact."""
 FAR_TOO_FAR = 60.0
-PLAY, UNSIGNED = "force_hysteresis", "force_inertia"
+PLAY, UNSIGNED, LAGS = "force_hysteresis", "force_inertia", "frictional_memory"
 
 
 class Unrecorded(NamedTuple):
@@ -59,12 +60,26 @@ def test_what_ends_above_the_model_that_it_contains_begins_once_more_at_null(unr
     model, bench, nominal, promise = unrecorded
 
     def ended(returns: bool) -> float:
-        approach = Approach((FAR_TOO_FAR,), math.inf, False, returns)
+        approach = Approach((FAR_TOO_FAR,), math.inf, False, returns, False)
         (found,) = contest(model, bench, nominal, [promise], 1, Silent(), approach)
         return found.refit.misfit
 
     assert ended(False) > nominal.misfit
     assert ended(True) < nominal.misfit
+
+
+def test_a_long_lag_is_found_that_the_linearised_model_expects_to_be_short():
+    effects = {LAGS: FrictionalMemory(0.05)}
+    model, bench = laid_out(dataset(*noisy_runs(dict.fromkeys((0.6, 1.5, 2.1), effects), 3)))
+    nominal = from_the_truth(model, bench, model.together((LAGS,)), model.origin(TRUTH))
+    seen = screen(model, bench, nominal, own_group=True, shapes=[])
+    (promise,) = (p for p in seen.promises if p.key == LAGS)
+
+    def ended(approach: Approach) -> float:
+        (found,) = contest(model, bench, nominal, [promise], 1, Silent(), approach)
+        return found.refit.misfit
+
+    assert ended(FROM_AFAR) < 2 < ended(FROM_AFAR._replace(long=False)) < 0.1 * nominal.misfit
 
 
 def test_an_effect_is_found_afresh_where_its_lack_has_led_the_constants_astray(unrecorded: Unrecorded):
