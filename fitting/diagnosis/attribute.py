@@ -30,6 +30,9 @@ from fitting.progress import Progress
 PROMISING = 20.0
 """Where what one effect leaves passes for noise, a second is sought only if its score is so many times what
 scores vary by: where only few segments show it, no score can be."""
+WORTH = 0.03
+"""Where it leaves nothing that the noise as stated would not, one is sought nevertheless if its score is so
+large a share of what is left, too: noise may be less than is stated."""
 MORE_THAN_ONE = 0.8
 """Contacts are tried beside two effects that leave less than this share of what one leaves."""
 CARRIED = 8
@@ -115,6 +118,8 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
     left = nominal.misfit / floor, best.refit.misfit / floor
     alone = leaves_nothing(*left)
     around = screen(model, bench, singles[0].refit, own_group=alone, shapes=[] if alone else first.shapes)
+    if alone and _worth_a_second(bench, singles[0].refit, around):
+        alone, around = False, screen(model, bench, singles[0].refit, shapes=first.shapes)
     promising = any(promise.standing > PROMISING for promise in around.promises)
     pairs = [e for e in found if len(e.keys) > 1]
     if not alone and hints(*left) and (promising or not passes_for_noise(left[1])):
@@ -187,6 +192,12 @@ def _weighed(
         nominal, tuple(found), first, judgement, inflation, floor, samples, accounts, alike, bench.scatters
     )
     return dataclasses.replace(made, judgement=astray(judgement)) if made.lost > LOST else made
+
+
+def _worth_a_second(bench: Bench, alone: Refit, around: Screen) -> bool:
+    """Whether a second effect promises to take a good part of what one leaves."""
+    share = WORTH * alone.misfit * float(bench.dof().sum())
+    return any(promise.standing > PROMISING and promise.score > share for promise in around.promises)
 
 
 def _inflation(bench: Bench, seen: Screen) -> float:

@@ -13,7 +13,7 @@ from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.layout import Layout, strengths_of, with_strengths
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import ITERATIONS, Refit, misfit_of, refit, within_columns
-from fitting.diagnosis.release import all_settled, settled
+from fitting.diagnosis.release import all_settled, released, settled
 from fitting.diagnosis.screen import Promise
 from fitting.diagnosis.wander import LEAST, START
 from fitting.progress import Progress, Silent
@@ -24,6 +24,8 @@ HEAT = 8
 SETTLE = 3
 HOPELESS = 2.0
 """A search that is not on its way to less than so many times the lowest cost is given up."""
+HIDDEN, NOTABLY = 2, 0.97
+"""So many more go to the end that leave less of a typical lane, by this factor, though more of all."""
 OWN_REACH = 10.0
 """What lanes have of their own moves with an effect by at most so many standard deviations of their starts"""
 FRICTION_REACH = 0.3
@@ -105,8 +107,8 @@ def contest(
     if approach.returns:
         stays = base.price(bench) * misfit_of(base.cost[few], heat.dof())
         null = base.point.take(few)
-        astray = [start(model, base, each.promise, null) for each in tried if each.refit.misfit > stays]
-        tried = best_of([*tried, *heats(model, heat, astray, Silent(), wander=moves)])
+        astray = [start(model, base, e.promise, null) for e in best_of(tried) if e.refit.misfit > stays]
+        tried += heats(model, heat, astray, Silent(), wander=moves)
 
     def own(found: Explanation) -> np.ndarray:
         return _own(bench, base, found.promise, _share(model, bench, found))
@@ -133,12 +135,12 @@ def start(model: Model, base: Refit, promise: Promise, point: Point) -> Start:
 def heats(
     model: Model, heat: Bench, starts: Sequence[Start], progress: Progress, *, wander: bool
 ) -> list[Explanation]:
-    """The best start of every promise, all fitted for `HEAT` steps to a part of the lanes."""
+    """All starts fitted for `HEAT` steps to a part of the lanes."""
     points, frees = [each.point for each in starts], [each.free for each in starts]
     tried = refit(
         model, heat, points, frees, iterations=HEAT, wander=wander, progress=lambda: progress.advance()
     )
-    return best_of([Explanation(s.keys, s.promise, fit) for s, fit in zip(starts, tried, strict=True)])
+    return [Explanation(s.keys, s.promise, fit) for s, fit in zip(starts, tried, strict=True)]
 
 
 def final(
@@ -153,18 +155,34 @@ def final(
     wander: bool = True,
 ) -> list[Explanation]:
     """The best of what was tried on few lanes fitted to all of them; what the others have of their own
-    settles from where `own` (lanes, 5) puts it."""
-    best = sorted(tried, key=lambda e: e.refit.misfit)[:finalists]
+    settles from where `own` (lanes, 5) puts it. Beside the best, so many as `finalists`, up to `HIDDEN` are
+    that leave less of a typical lane than any of these; their lost lanes are then freed."""
+    best = sorted(best_of(tried), key=lambda e: e.refit.misfit)[:finalists]
+    hidden = _hidden(bench.take(few), tried, best)
+    chosen = [*best, *hidden]
     results = refit(
         model,
         bench,
-        model.side_by_side(lambda e: _everywhere(model, bench, own(e), few, e.refit.point), best),
-        [e.refit.free for e in best],
+        model.side_by_side(lambda e: _everywhere(model, bench, own(e), few, e.refit.point), chosen),
+        [e.refit.free for e in chosen],
         wander=wander,
         hopeless=HOPELESS,
         progress=lambda: progress.advance(),
     )
-    return [dataclasses.replace(e, refit=fit) for e, fit in zip(best, results, strict=True)]
+    found = results[len(best) :]
+    results[len(best) :] = model.side_by_side(lambda fit: released(model, bench, fit, wander=wander), found)
+    return [dataclasses.replace(e, refit=fit) for e, fit in zip(chosen, results, strict=True)]
+
+
+def _hidden(heat: Bench, tried: Sequence[Explanation], best: Sequence[Explanation]) -> Sequence[Explanation]:
+    """Those that a few lost lanes hide: what leaves less of a typical lane than any of the best."""
+    least = min((e.refit.typical(heat) for e in best), default=0.0)
+    typical = {
+        e.keys: e
+        for e in sorted(tried, key=lambda e: -e.refit.typical(heat))
+        if e.refit.typical(heat) < NOTABLY * least
+    }
+    return list(reversed(typical.values()))[:HIDDEN]
 
 
 def best_of(explanations: Sequence[Explanation]) -> list[Explanation]:

@@ -23,7 +23,9 @@ SECONDS, FINAL_PAIRS = 5, 3
 """So many effects are tried beside each of the `LEADERS`, and so many of these to the end."""
 LEADERS = 2
 INSTEAD = 3
-"""So many effects are tried in the place of each of the two of the best pair."""
+WORTHWHILE = 0.95
+"""So many effects are tried in the place of each of the two of the best pair, if this leaves less than such a
+share of what one leaves."""
 RIVAL = 2.0
 """Pairs are sought with the best effect, and with the second best where it leaves less than so many times as
 much."""
@@ -48,7 +50,7 @@ def pairs_beside(
         for pair in contest(model, bench, base.refit, beside.ranked[:SECONDS], FINAL_PAIRS, progress)
     ]
     pairs = freed(model, bench, best_of(pairs), LEADERS)
-    if pairs[0].refit.misfit >= STRONG * leader.misfit:
+    if pairs[0].refit.misfit >= WORTHWHILE * leader.misfit:
         return pairs
     return in_place_of_either(model, bench, pairs, INSTEAD, shapes, progress)
 

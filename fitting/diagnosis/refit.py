@@ -49,6 +49,10 @@ class Refit:
         """By what factor the misfit is larger for the freedom of friction to wander."""
         return self.misfit / misfit_of(self.cost, bench.dof())
 
+    def typical(self, bench: Bench) -> float:
+        """What it leaves of a typical lane, as a misfit."""
+        return self.price(bench) * float(np.median(self.cost / bench.dof()))
+
     def stripped(self, model: Model, keys: Sequence[str]) -> Refit:
         """Where a refit without some of its effects begins: these at null and not free. Costs and misfit are
         still those with them."""

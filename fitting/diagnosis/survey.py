@@ -143,10 +143,9 @@ def freed(
 ) -> list[Explanation]:
     """The explanations, the best first; of the leading ones lost lanes are freed, and they borrow from the
     best."""
-    dof = bench.dof()
 
     def typical(e: Explanation) -> float:
-        return e.refit.price(bench) * float(np.median(e.refit.cost / dof))
+        return e.refit.typical(bench)
 
     def misfit(e: Explanation) -> float:
         return e.refit.misfit
