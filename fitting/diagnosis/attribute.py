@@ -118,7 +118,7 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
     left = nominal.misfit / floor, best.refit.misfit / floor
     alone = leaves_nothing(*left)
     around = screen(model, bench, singles[0].refit, own_group=alone, shapes=[] if alone else first.shapes)
-    if alone and _worth_a_second(bench, singles[0].refit, around):
+    if alone and worth_a_second(bench, singles[0].refit, around):
         alone, around = False, screen(model, bench, singles[0].refit, shapes=first.shapes)
     promising = any(promise.standing > PROMISING for promise in around.promises)
     pairs = [e for e in found if len(e.keys) > 1]
@@ -194,7 +194,7 @@ def _weighed(
     return dataclasses.replace(made, judgement=astray(judgement)) if made.lost > LOST else made
 
 
-def _worth_a_second(bench: Bench, alone: Refit, around: Screen) -> bool:
+def worth_a_second(bench: Bench, alone: Refit, around: Screen) -> bool:
     """Whether a second effect promises to take a good part of what one leaves."""
     share = WORTH * alone.misfit * float(bench.dof().sum())
     return any(promise.standing > PROMISING and promise.score > share for promise in around.promises)

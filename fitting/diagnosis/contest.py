@@ -99,10 +99,12 @@ def contest(
     moves = bool(np.any(base.point.widths > LEAST))
     lasting = [promise for promise in promises if approach.long and model.lasts(promise.key)]
     if lasting:
-        points = [_begin(model, bench, base, _long(promise), 1.0, LONG).take(few) for promise in lasting]
+        points = [
+            _begin(model, bench, base, _long(model, promise), 1.0, LONG).take(few) for promise in lasting
+        ]
         early = [start(model, base, each, point) for each, point in zip(lasting, points, strict=True)]
-        tried = heats(model, heat, early, Silent(), wander=moves)
-        starts += [Start(each.promise, each.keys, each.refit.point, each.refit.free) for each in tried]
+        under_way = heats(model, heat, early, Silent(), wander=moves)
+        starts += [Start(e.promise, e.keys, e.refit.point, e.refit.free) for e in under_way]
     tried = heats(model, heat, starts, progress, wander=moves)
     if approach.returns:
         stays = base.price(bench) * misfit_of(base.cost[few], heat.dof())
@@ -158,9 +160,9 @@ def final(
     settles from where `own` (lanes, 5) puts it. Beside the best, so many as `finalists`, up to `HIDDEN` are
     that leave less of a typical lane than any of these; their lost lanes are then freed."""
     best = sorted(best_of(tried), key=lambda e: e.refit.misfit)[:finalists]
-    hidden = _hidden(bench.take(few), tried, best)
+    hidden = hidden_by_lost_lanes(bench.take(few), tried, best)
     chosen = [*best, *hidden]
-    results = refit(
+    fits = refit(
         model,
         bench,
         model.side_by_side(lambda e: _everywhere(model, bench, own(e), few, e.refit.point), chosen),
@@ -169,20 +171,23 @@ def final(
         hopeless=HOPELESS,
         progress=lambda: progress.advance(),
     )
-    found = results[len(best) :]
-    results[len(best) :] = model.side_by_side(lambda fit: released(model, bench, fit, wander=wander), found)
-    return [dataclasses.replace(e, refit=fit) for e, fit in zip(chosen, results, strict=True)]
+    lost = fits[len(best) :]
+    fits[len(best) :] = model.side_by_side(lambda fit: released(model, bench, fit, wander=wander), lost)
+    return best_of([dataclasses.replace(e, refit=fit) for e, fit in zip(chosen, fits, strict=True)])
 
 
-def _hidden(heat: Bench, tried: Sequence[Explanation], best: Sequence[Explanation]) -> Sequence[Explanation]:
+def hidden_by_lost_lanes(
+    heat: Bench, tried: Sequence[Explanation], best: Sequence[Explanation]
+) -> Sequence[Explanation]:
     """Those that a few lost lanes hide: what leaves less of a typical lane than any of the best."""
-    least = min((e.refit.typical(heat) for e in best), default=0.0)
-    typical = {
-        e.keys: e
-        for e in sorted(tried, key=lambda e: -e.refit.typical(heat))
-        if e.refit.typical(heat) < NOTABLY * least
-    }
-    return list(reversed(typical.values()))[:HIDDEN]
+
+    def typical(e: Explanation) -> float:
+        return e.refit.typical(heat)
+
+    least = min(map(typical, best), default=0.0)
+    less = sorted((e for e in tried if typical(e) < NOTABLY * least), key=typical)
+    first = {e.keys: e for e in reversed(less)}
+    return sorted(first.values(), key=typical)[:HIDDEN]
 
 
 def best_of(explanations: Sequence[Explanation]) -> list[Explanation]:
@@ -231,9 +236,10 @@ def _begin(
     return dataclasses.replace(point, coordinates=coordinates, by_run=by_run, own=own)
 
 
-def _long(promise: Promise) -> Promise:
-    """The promise of a long time, for which nothing makes room beforehand."""
-    change = np.copysign(LONG, promise.change)
+def _long(model: Model, promise: Promise) -> Promise:
+    """The promise of a long time, for which nothing makes room beforehand, of a sign that it may have."""
+    two_sided = model.lower[model.index(*model.shelf.strengths[promise.key])] < 0
+    change = np.where(two_sided, np.copysign(LONG, promise.change), LONG)
     still = {name: np.zeros_like(getattr(promise, name)) for name in ("room", "own_room")}
     return dataclasses.replace(promise, change=change, **still)
 

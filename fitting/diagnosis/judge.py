@@ -150,8 +150,9 @@ def judge(
         names.append("+".join(account.keys))
         price = account.price(pieces) - steady[account.keys]
         if len(account.keys) == 1:
-            more = evidence(account.misfit, SOFT * excess, among) - evidence(alone.best, SOFT * excess, among)
-            logs.append(weight(alone.best, price, PRIOR["single"] / len(shelf)) + more)
+            soft = SOFT * excess
+            farther = evidence(account.misfit, soft, among) - evidence(alone.best, soft, among)
+            logs.append(weight(alone.best, price, PRIOR["single"] / len(shelf)) + farther)
         else:
             more = 0.0
             if not alone.makes_needless(account):

@@ -272,24 +272,24 @@ def _templates(
         columns = [
             column
             for other, few in zip(others, asked, strict=True)
-            for column in _run_by_run(model, bench, few, _bounded(model, few, other.jacobian[own]))
+            for column in _run_by_run(model, bench, few, bounded(model, few, other.jacobian[own]))
         ]
         templates.append(seen(np.concatenate(columns, axis=2)))
     return common, templates
 
 
-def _bounded(model: Model, numbers: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
+def bounded(model: Model, numbers: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
     """The columns of strengths (lanes, rows, ..), those of times without their peaks: a jump of the force
     within one step, shifted in time, would outweigh all that is to be seen elsewhere."""
     lasting = [place for place, number in enumerate(numbers.tolist()) if model.members[number].unit == "s"]
     if not lasting:
         return jacobian
-    bounded = jacobian.copy()
+    seen = jacobian.copy()
     for place in lasting:
         size = np.abs(jacobian[:, :, place])
         most = PEAK * np.quantile(size[size > 0], EDGES) if np.any(size > 0) else 0.0
-        bounded[:, :, place] = np.clip(jacobian[:, :, place], -most, most)
-    return bounded
+        seen[:, :, place] = np.clip(jacobian[:, :, place], -most, most)
+    return seen
 
 
 def _run_by_run(model: Model, bench: Bench, numbers: np.ndarray, jacobian: np.ndarray) -> list[np.ndarray]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fitting.diagnosis.attribute import Attribution, account
+from fitting.diagnosis.attribute import PROMISING, Attribution, account, worth_a_second
 
 FLOOR = 1.1
 
@@ -58,3 +58,16 @@ def test_what_is_fitted_once_more_holds_the_effects_of_the_best_alone():
     leading: Any = Attribution.leading
     found = [e.keys for e in leading.fget(SimpleNamespace(explanations=explanations))]
     assert found == [*pairs[:8], ("one",)]
+
+
+@pytest.mark.parametrize(
+    ("score", "inflation", "worth"), [(50.0, 1.0, True), (20.0, 0.5, False), (50.0, 3.0, False)]
+)
+def test_a_second_effect_is_worth_a_search_for_a_good_part_of_what_one_leaves(score, inflation, worth):
+    """1000 degrees of freedom of which one effect leaves 0.7: noise that is less than is stated."""
+    promise = SimpleNamespace(score=score, standing=score / inflation)
+    around: Any = SimpleNamespace(promises=[SimpleNamespace(score=1.0, standing=1.0), promise])
+    bench: Any = SimpleNamespace(dof=lambda: np.full(10, 100.0))
+    alone: Any = SimpleNamespace(misfit=0.7)
+    assert worth_a_second(bench, alone, around) is worth
+    assert promise.standing > PROMISING or not worth

@@ -47,7 +47,8 @@ def hummed() -> Hummed:
     nominal = from_the_truth(model, bench, model.together((HUM,)), model.origin(TRUTH))
     seen = screen(model, bench, nominal, own_group=True)
     promise = next(promise for promise in seen.promises if promise.key == HUM)
-    (found,) = contest(model, bench, nominal, [promise], 1, Silent(), Approach((1.0,), np.inf, False, False))
+    approach = Approach((1.0,), np.inf, False, False, False)
+    (found,) = contest(model, bench, nominal, [promise], 1, Silent(), approach)
     return Hummed(model, bench, nominal.point, found)
 
 

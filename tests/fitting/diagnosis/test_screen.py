@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from fitting.diagnosis.refit import Refit, refit
+from fitting.diagnosis.screen import bounded
 from fitting.diagnosis.wander import START
 from tests.fitting.diagnosis.grounded import UNEVEN, Screened, screened
 
@@ -55,3 +59,15 @@ def test_what_lanes_have_of_their_own_makes_room_as_promised(slight: Screened, f
     off = way - (promise.own_around + promise.own_room)[:, :START]
     assert np.all(np.median(np.abs(way), axis=0)[:2] > 0)
     assert np.all(np.median(np.abs(off), axis=0) <= np.median(np.abs(way), axis=0) / 5)
+
+
+def test_a_jump_of_the_force_does_not_outweigh_what_a_time_does_elsewhere():
+    """One sample in the middle of a jump, of 4 lanes of 100; what is no time keeps its peaks."""
+    model: Any = SimpleNamespace(members=[SimpleNamespace(unit=unit) for unit in ("s", "1", "s")])
+    jacobian = np.random.default_rng(1).uniform(-1, 1, (4, 100, 3))
+    jacobian[2, 50] = -900.0
+    jacobian[:, :, 2] = 0.0
+    seen = bounded(model, np.array([0, 1, 2]), jacobian)
+    assert -4.0 <= seen[2, 50, 0] < -3.5 and seen[2, 50, 1] == -900.0
+    changed = seen != jacobian
+    assert changed.sum() == 1 and jacobian[2, 50, 0] == -900.0
