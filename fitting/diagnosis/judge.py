@@ -194,7 +194,7 @@ def _judged(
         keys = explanation.split("+")
         for key in keys:
             effects[key] += p / len(keys)
-    verdict, named = verdict_of(explanations)
+    verdict, named = verdict_of(explanations, classes)
     taken, others = _taken(verdict, named), list[str]()
     for key, same in _same(taken, classes).items():
         effects = shared(effects, (key, *same))

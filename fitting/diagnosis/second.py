@@ -16,7 +16,7 @@ SHAPE = 0.015
 so much, or against what one leaves by"""
 REST = 0.3
 """this factor, where that is less."""
-OTHER_SHAPE = 0.03
+OTHER_SHAPE = 0.015
 """The share of the excess that the right effect may leave because it has another shape than on the shelf,"""
 OTHER_SHAPE_OF_LITTLE, LITTLE = 0.1, 0.5
 """or this larger one up to so much above the noise: what a second effect makes of no more than that is no

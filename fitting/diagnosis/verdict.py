@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from fitting.diagnosis.findings import Verdict
+from fitting.diagnosis.one_class import Classes
 
 ENOUGH = 0.9
 NOTABLE = 0.1
@@ -13,19 +14,26 @@ AS_LIKELY = 0.9
 times as likely."""
 MOST_NAMED = 4
 TOLD_APART = 2
-"""Against "unlisted", or two effects at work, so many single effects stand together: an answer that leaves
-the choice between more is none."""
+"""Against "unlisted", or two effects at work, so many single effects stand together, each with its class: an
+answer that leaves the choice between more is none."""
 
 NONE, UNLISTED = "none", "unlisted"
 
 
-def verdict_of(explanations: Mapping[str, float]) -> tuple[Verdict, tuple[str, ...]]:
-    """The verdict that probabilities of explanations come to, and the effects that it names."""
+def verdict_of(
+    explanations: Mapping[str, float], classes: Classes | None = None
+) -> tuple[Verdict, tuple[str, ...]]:
+    """The verdict that probabilities of explanations come to, and the effects that it names; effects of one
+    of the `classes`, which no record tells apart, are one answer."""
     leader = max(explanations, key=lambda name: explanations[name])
     singles = {
         name: p for name, p in explanations.items() if name not in (NONE, UNLISTED) and "+" not in name
     }
-    rivals = sorted(singles.values(), reverse=True)
+    answers: dict[frozenset[str], float] = {}
+    for name, p in singles.items():
+        answer = frozenset((name, *(classes or {}).get((name,), ())))
+        answers[answer] = answers.get(answer, 0.0) + p
+    rivals = sorted(answers.values(), reverse=True)
     together = sum(rivals if leader == NONE else rivals[:TOLD_APART])
     if leader not in singles and together > explanations[leader]:
         leader = max(singles, key=lambda name: singles[name])
