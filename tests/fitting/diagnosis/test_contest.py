@@ -30,6 +30,7 @@ DRY = 0.2
 ASTRAY = {"A": 0.02, "B": 20.0, "C": 2.0, "D": 40.0, "k1": 5e3}
 """Constants of a friction that is nearly all viscous, on a soft contact."""
 FAR_TOO_FAR = 60.0
+LONG_LAG = 0.08
 PLAY, UNSIGNED, LAGS = "force_hysteresis", "force_inertia", "frictional_memory"
 
 
@@ -70,17 +71,18 @@ def test_what_ends_above_the_model_that_it_contains_begins_once_more_at_null(unr
 
 
 def test_a_long_lag_is_found_that_the_linearised_model_expects_to_be_short():
-    effects = {LAGS: FrictionalMemory(0.08)}
+    effects = {LAGS: FrictionalMemory(LONG_LAG)}
     model, bench = laid_out(dataset(*noisy_runs(dict.fromkeys((0.6, 1.5, 2.1), effects), 3)))
     nominal = from_the_truth(model, bench, model.together((LAGS,)), model.origin(TRUTH))
     seen = screen(model, bench, nominal, own_group=True, shapes=[])
     (promise,) = (p for p in seen.promises if p.key == LAGS)
 
-    def ended(approach: Approach) -> float:
+    def lag(approach: Approach) -> float:
         (found,) = contest(model, bench, nominal, [promise], 1, Silent(), approach)
-        return found.refit.misfit
+        return model.values(found.refit.point.coordinates, [f"{LAGS}.lag"])[f"{LAGS}.lag"]
 
-    assert ended(FROM_AFAR) < 2 < ended(FROM_AFAR._replace(long=False)) < 0.2 * nominal.misfit
+    assert lag(FROM_AFAR) == pytest.approx(LONG_LAG, rel=0.05)
+    assert lag(FROM_AFAR._replace(long=False)) < 0.5 * LONG_LAG
 
 
 def test_what_lost_lanes_hide_goes_to_the_end_as_well():
