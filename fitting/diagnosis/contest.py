@@ -83,14 +83,15 @@ def contest(
     """
     few = np.arange(0, len(bench.lanes), THIN)
     heat = bench.take(few)
+
+    def begun(promise: Promise, begin: Promise, share: float, far: float) -> Start:
+        return start(model, base, promise, _begin(model, bench, base, begin, share, far).take(few))
+
     starts = []
     for promise in promises:
-        begins = [(promise, share) for share in approach.shares]
+        starts += [begun(promise, promise, share, approach.far) for share in approach.shares]
         if promise.second is not None:
-            begins.append((promise.second, 1.0))
-        for begin, share in begins:
-            point = _begin(model, bench, base, begin, share, approach.far)
-            starts.append(start(model, base, promise, point.take(few)))
+            starts.append(begun(promise, promise.second, 1.0, approach.far))
     if approach.settle:
         points = all_settled(model, heat, [each.point for each in starts])
         starts = [each._replace(point=point) for each, point in zip(starts, points, strict=True)]
@@ -99,10 +100,7 @@ def contest(
     moves = bool(np.any(base.point.widths > LEAST))
     lasting = [promise for promise in promises if approach.long and model.lasts(promise.key)]
     if lasting:
-        points = [
-            _begin(model, bench, base, _long(model, promise), 1.0, LONG).take(few) for promise in lasting
-        ]
-        early = [start(model, base, each, point) for each, point in zip(lasting, points, strict=True)]
+        early = [begun(promise, _long(model, promise), 1.0, LONG) for promise in lasting]
         under_way = heats(model, heat, early, Silent(), wander=moves)
         starts += [Start(e.promise, e.keys, e.refit.point, e.refit.free) for e in under_way]
     tried = heats(model, heat, starts, progress, wander=moves)

@@ -125,12 +125,16 @@ def judge(
     pieces = pieces_of_evidence(best, samples, inflation)
     among = pieces_of_evidence(best, samples, max(inflation, AMONG))
     excess = max(nominal - 1.0, 0.0)
+    alone = Alone.of(accounts, nominal)
 
-    def evidence(misfit: float, soft: float, pieces: float = pieces) -> float:
+    def evidence(misfit: float, soft: float, pieces: float) -> float:
         return -0.5 * pieces * math.log(max(misfit, 1e-3) + soft)
 
+    def beyond_one(misfit: float, soft: float, pieces: float) -> float:
+        return evidence(misfit, soft, pieces) - evidence(alone.best, soft, pieces)
+
     def weight(misfit: float, price: float, prior: float) -> float:
-        return evidence(misfit, SOFT * excess) - price + math.log(prior)
+        return evidence(misfit, SOFT * excess, pieces) - price + math.log(prior)
 
     floor = float(np.interp(nominal, *UNLISTED_FLOOR))
     unlisted = floor + UNLISTED_SHARE * max(nominal - floor, 0.0)
@@ -145,19 +149,16 @@ def judge(
         weight(unlisted, anything.price(pieces) - steady[anything.keys], PRIOR[UNLISTED]),
     ]
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
-    alone = Alone.of(accounts, nominal)
     for account in accounts:
         names.append("+".join(account.keys))
         price = account.price(pieces) - steady[account.keys]
         if len(account.keys) == 1:
-            soft = SOFT * excess
-            farther = evidence(account.misfit, soft, among) - evidence(alone.best, soft, among)
-            logs.append(weight(alone.best, price, PRIOR["single"] / len(shelf)) + farther)
+            prior, more = PRIOR["single"] / len(shelf), beyond_one(account.misfit, SOFT * excess, among)
+        elif alone.makes_needless(account):
+            prior, more = PRIOR["pair"] / pairs, 0.0
         else:
-            more = 0.0
-            if not alone.makes_needless(account):
-                more = evidence(account.misfit, alone.soft) - evidence(alone.best, alone.soft)
-            logs.append(weight(alone.best, price, PRIOR["pair"] / pairs) + NESTED * more)
+            prior, more = PRIOR["pair"] / pairs, NESTED * beyond_one(account.misfit, alone.soft, pieces)
+        logs.append(weight(alone.best, price, prior) + more)
     logs = _levelled(names, logs, accounts, ALIKE * excess, aliases or {})
     untried = [key for key in shelf if (key,) not in steady]
     names, logs = [*names, *untried], [*logs, *[-math.inf] * len(untried)]
