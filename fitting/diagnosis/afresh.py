@@ -8,12 +8,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.contest import Explanation, final, heats, start
+from fitting.diagnosis.explanation import Explanation
+from fitting.diagnosis.finals import final
+from fitting.diagnosis.heats import heats
 from fitting.diagnosis.layout import strengths_of, with_strengths
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.release import all_settled
 from fitting.diagnosis.screen import Promise
+from fitting.diagnosis.starts import start
 from fitting.progress import Progress, Silent
 
 HEAT_LANES = 16

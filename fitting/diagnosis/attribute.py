@@ -12,8 +12,8 @@ import numpy as np
 from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import NOTABLE, carried, free_under
-from fitting.diagnosis.contest import Explanation, best_of
 from fitting.diagnosis.enough import hints, leaves_nothing, passes_for_noise
+from fitting.diagnosis.explanation import Explanation, best_of
 from fitting.diagnosis.findings import Yardstick
 from fitting.diagnosis.judge import Judgement, astray, judge
 from fitting.diagnosis.model import Model

@@ -11,9 +11,9 @@ from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution, attribute
 from fitting.diagnosis.comparison import candidates, likeness
 from fitting.diagnosis.contacts import Chosen
-from fitting.diagnosis.contest import Explanation
 from fitting.diagnosis.detection import limits
 from fitting.diagnosis.estimates import estimates
+from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import Closure, Diagnosis, Trace
 from fitting.diagnosis.ground import Ground, ground, resolved
 from fitting.diagnosis.judge import Judgement, astray, refuted, weighed_again

@@ -14,7 +14,7 @@ from fitting.diagnosis.contacts import (
     concerns_contact,
     free_under,
 )
-from fitting.diagnosis.contest import Explanation
+from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.shrink import Split
 from fitting.diagnosis.survey import Survey, survey

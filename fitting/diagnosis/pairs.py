@@ -9,8 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.contest import Explanation, best_of, contest
+from fitting.diagnosis.contest import contest
 from fitting.diagnosis.enough import hints
+from fitting.diagnosis.explanation import Explanation, best_of
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.repeatability import wanders

@@ -9,13 +9,15 @@ import numpy as np
 
 from fitting.diagnosis.afresh import afresh, outright
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.contest import FROM_NEARBY, Explanation, best_of, contest
+from fitting.diagnosis.contest import contest
 from fitting.diagnosis.enough import suffices
+from fitting.diagnosis.explanation import Explanation, best_of
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import borrowed, released
 from fitting.diagnosis.repeatability import floor_of
 from fitting.diagnosis.screen import Promise, Screen, Shapes, screen
+from fitting.diagnosis.starts import FROM_NEARBY
 from fitting.progress import Progress
 
 SHORT_LIST = 10

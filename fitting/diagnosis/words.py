@@ -10,7 +10,7 @@ import numpy as np
 from fitting.diagnosis.attribute import LOST, Attribution
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import Chosen
-from fitting.diagnosis.contest import Explanation
+from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import Closure, Where
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.judge import Judgement

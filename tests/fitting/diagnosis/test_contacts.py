@@ -11,7 +11,7 @@ import pytest
 from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.attribute import Attribution, on_another_contact
 from fitting.diagnosis.contacts import Chosen, carried, choose_contact
-from fitting.diagnosis.contest import Explanation
+from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.judge import judge
 from fitting.diagnosis.model import Model

@@ -11,13 +11,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from fitting.diagnosis import contest as contesting
+from fitting.diagnosis import finals
 from fitting.diagnosis.afresh import afresh, outright
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.contest import FROM_AFAR, Approach, contest, hidden_by_lost_lanes
+from fitting.diagnosis.contest import contest
+from fitting.diagnosis.finals import hidden_by_lost_lanes
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.screen import Promise, screen
+from fitting.diagnosis.starts import FROM_AFAR, Approach
 from fitting.diagnosis.wander import START
 from fitting.progress import Silent
 from jaxstick.effects.asymmetric_friction import AsymmetricFriction
@@ -142,13 +144,13 @@ def test_lanes_that_sit_out_the_contest_begin_where_its_winner_asks_them_to(monk
     """Far closer to where they end than they are without the effect."""
     model, bench, base, seen = screened(1.0, 0.01)
     promise = next(promise for promise in seen.usual if promise.key == UNEVEN)
-    whole, begun = contesting._everywhere, []
+    whole, begun = finals._everywhere, []
 
     def noted(model: Model, bench: Bench, own: np.ndarray, few: np.ndarray, point: Point) -> Point:
         begun.append((own, few))
         return whole(model, bench, own, few, point)
 
-    monkeypatch.setattr(contesting, "_everywhere", noted)
+    monkeypatch.setattr(finals, "_everywhere", noted)
     (found,) = contest(model, bench, base, [promise], 1, Silent(), wander=False)
     ((own, few),) = begun
     rest = np.setdiff1d(np.arange(len(bench.lanes)), few)

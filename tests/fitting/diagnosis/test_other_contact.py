@@ -11,7 +11,7 @@ import pytest
 
 from fitting.diagnosis import other_contact
 from fitting.diagnosis.bench import Point
-from fitting.diagnosis.contest import Explanation
+from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.other_contact import beside_single_effects, in_place_of_one_of_two
 from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.screen import Promise

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from fitting.diagnosis import pairs
-from fitting.diagnosis.contest import best_of
+from fitting.diagnosis.explanation import best_of
 from fitting.diagnosis.pairs import with_still_friction
 from fitting.diagnosis.repeatability import wanders
 from fitting.diagnosis.survey import survey

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis import survey as surveying
-from fitting.diagnosis.contest import Explanation
+from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.pairs import each_alone

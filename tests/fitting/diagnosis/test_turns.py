@@ -11,7 +11,7 @@ import pytest
 from fitting.diagnosis import turns
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import Chosen
-from fitting.diagnosis.contest import Explanation
+from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.scatter import Scatter

@@ -1,0 +1,76 @@
+"""What did best on few lanes, fitted to all of them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.explanation import Explanation, best_of
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import refit
+from fitting.diagnosis.release import released, settled
+from fitting.progress import Progress
+
+SETTLE = 3
+HOPELESS = 2.0
+"""A search that is not on its way to less than so many times the lowest cost is given up."""
+HIDDEN, NOTABLY = 2, 0.97
+"""So many more go to the end that leave less of a typical lane, by this factor, though more of all."""
+
+
+def final(
+    model: Model,
+    bench: Bench,
+    own: Callable[[Explanation], np.ndarray],
+    few: np.ndarray,
+    tried: Sequence[Explanation],
+    finalists: int,
+    progress: Progress,
+    *,
+    wander: bool = True,
+) -> list[Explanation]:
+    """The best of what was tried on few lanes fitted to all of them; what the others have of their own
+    settles from where `own` (lanes, 5) puts it. Beside the best, so many as `finalists`, up to `HIDDEN` are
+    that leave less of a typical lane than any of these; their lost lanes are then freed."""
+    best = sorted(best_of(tried), key=lambda e: e.refit.misfit)[:finalists]
+    hidden = hidden_by_lost_lanes(bench.take(few), tried, best)
+    chosen = [*best, *hidden]
+    fits = refit(
+        model,
+        bench,
+        model.side_by_side(lambda e: _everywhere(model, bench, own(e), few, e.refit.point), chosen),
+        [e.refit.free for e in chosen],
+        wander=wander,
+        hopeless=HOPELESS,
+        progress=lambda: progress.advance(),
+    )
+    lost = fits[len(best) :]
+    fits[len(best) :] = model.side_by_side(lambda fit: released(model, bench, fit, wander=wander), lost)
+    return best_of([dataclasses.replace(e, refit=fit) for e, fit in zip(chosen, fits, strict=True)])
+
+
+def hidden_by_lost_lanes(
+    heat: Bench, tried: Sequence[Explanation], best: Sequence[Explanation]
+) -> Sequence[Explanation]:
+    """Those that a few lost lanes hide: what leaves less of a typical lane than any of the best."""
+
+    def typical(e: Explanation) -> float:
+        return e.refit.typical(heat)
+
+    least = min(map(typical, best), default=0.0)
+    less = sorted((e for e in tried if typical(e) < NOTABLY * least), key=typical)
+    first = {e.keys: e for e in reversed(less)}
+    return sorted(first.values(), key=typical)[:HIDDEN]
+
+
+def _everywhere(model: Model, bench: Bench, own: np.ndarray, few: np.ndarray, point: Point) -> Point:
+    """A point found on few lanes for all of them: the others' `own` settled at its unknowns."""
+    rest = np.setdiff1d(np.arange(len(bench.lanes)), few)
+    whole = point.among(own, few)
+    if not len(rest):
+        return whole
+    found, _ = settled(model, bench.take(rest), whole.take(rest), iterations=SETTLE)
+    return dataclasses.replace(point, own=found).among(whole.own, rest)
