@@ -117,13 +117,13 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
     floor = min(floor, floor_of(model, bench, [nominal, best.refit]))
     left = nominal.misfit / floor, best.refit.misfit / floor
     alone = leaves_nothing(*left)
-    around = screen(model, bench, singles[0].refit, own_group=alone, shapes=[] if alone else first.shapes)
+    around = screen(model, bench, singles[0].refit, own_group=alone, shapes=[] if alone else None)
     if alone and worth_a_second(bench, singles[0].refit, around):
-        alone, around = False, screen(model, bench, singles[0].refit, shapes=first.shapes)
+        alone, around = False, screen(model, bench, singles[0].refit)
     promising = any(promise.standing > PROMISING for promise in around.promises)
     pairs = [e for e in found if len(e.keys) > 1]
     if not alone and hints(*left) and (promising or not passes_for_noise(left[1])):
-        pairs = best_of([*pairs, *pairs_beside(model, bench, singles, around, first.shapes, progress)])
+        pairs = best_of([*pairs, *pairs_beside(model, bench, singles, around, floor, progress)])
         pairs.sort(key=lambda pair: pair.refit.misfit)
     elif len(best.keys) > 1:
         pairs = in_place_of_either(model, bench, pairs, 0, first.shapes, progress)

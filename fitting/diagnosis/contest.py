@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,6 +14,7 @@ from fitting.diagnosis.heats import HEAT, heats
 from fitting.diagnosis.layout import strengths_of
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import ITERATIONS, Refit, misfit_of
+from fitting.diagnosis.release import borrowed
 from fitting.diagnosis.screen import Promise
 from fitting.diagnosis.starts import FROM_AFAR, Approach, Start, long_starts, own_at, start, starts_of
 from fitting.diagnosis.wander import LEAST
@@ -58,7 +60,16 @@ def contest(
     def own(found: Explanation) -> np.ndarray:
         return own_at(bench, base, found.promise, _share(model, bench, found))
 
-    return final(model, bench, own, few, tried, finalists, progress, wander=wander)
+    found = final(model, bench, own, few, tried, finalists, progress, wander=wander)
+    if not common:
+        return found
+    return model.side_by_side(lambda e: _lent(model, bench, base, e), found)
+
+
+def _lent(model: Model, bench: Bench, base: Refit, found: Explanation) -> Explanation:
+    """An explanation that has ended above the base, which it contains, with that one's lanes and constants
+    lent to it."""
+    return dataclasses.replace(found, refit=borrowed(model, bench, found.refit, base))
 
 
 def _share(model: Model, bench: Bench, found: Explanation) -> float:

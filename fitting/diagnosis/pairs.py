@@ -8,9 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fitting.diagnosis.afresh import outright
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contest import contest
-from fitting.diagnosis.enough import hints
+from fitting.diagnosis.enough import hints, passes_for_noise
 from fitting.diagnosis.explanation import Explanation, best_of
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
@@ -37,23 +38,34 @@ def pairs_beside(
     bench: Bench,
     found: Sequence[Explanation],
     around: Screen,
-    shapes: Shapes,
+    floor: float,
     progress: Progress,
 ) -> list[Explanation]:
     """Two effects together, the best first: what promises most beside the best single effects (`around` is
-    the screening beside the very best), and what does in the place of either of the best two."""
+    the screening beside the very best) and beside either of the best two, and what does in the place of
+    either of these. Where no two leave what passes for noise above the `floor`, what has one sign is tried
+    outright beside the best."""
     leader = found[0].refit
     seconds = [e for e in found[1:LEADERS] if e.refit.misfit < RIVAL * leader.misfit]
-    screens = [around, *(screen(model, bench, e.refit, shapes=shapes) for e in seconds)]
-    pairs = [
-        pair
-        for base, beside in zip(found, screens, strict=False)
-        for pair in contest(model, bench, base.refit, beside.ranked[:SECONDS], FINAL_PAIRS, progress)
-    ]
-    pairs = freed(model, bench, best_of(pairs), LEADERS)
+    led = [*found[:1], *seconds]
+
+    def beside(first: Explanation) -> list[Explanation]:
+        seen = around if first is found[0] else screen(model, bench, first.refit, shapes=around.shapes)
+        return contest(model, bench, first.refit, seen.ranked[:SECONDS], FINAL_PAIRS, progress)
+
+    pairs = freed(model, bench, best_of([pair for first in led for pair in beside(first)]), LEADERS)
+    if not passes_for_noise(pairs[0].refit.misfit / floor):
+        tried = {frozenset(pair.keys) for pair in pairs}
+        missed = [p for p in around.promises if frozenset({*found[0].keys, p.key}) not in tried]
+        more = outright(model, bench, leader, missed, FINAL_PAIRS, progress)
+        pairs = freed(model, bench, best_of([*pairs, *more]), LEADERS)
     if pairs[0].refit.misfit >= WORTHWHILE * leader.misfit:
         return pairs
-    return in_place_of_either(model, bench, pairs, INSTEAD, shapes, progress)
+    hidden = [e for e in found if e not in led and {*e.keys} < {*pairs[0].keys}]
+    if hidden:
+        more = [pair for first in hidden for pair in beside(first)]
+        pairs = freed(model, bench, best_of([*pairs, *more]), LEADERS)
+    return in_place_of_either(model, bench, pairs, INSTEAD, around.shapes, progress)
 
 
 def in_place_of_either(

@@ -5,19 +5,22 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, ClassVar
 
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter
-from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction
+from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction, sense_of
 from jaxstick.parts.motion import Scalar
 
 
 class ContactDamping(AbstractEffect):
-    """Adds -damping v to the friction force while the contact sticks, sigma_1 of the LuGre model.
+    """Adds -damping (1 - loading + 2 loading |F|/F_s) v to the friction force while the contact sticks.
 
-    The force is taken at the velocity that the mass has under it, so that no damping is too much for a step.
+    F is the force on the contact, F_s the limit at rest: unloaded asperities lose nothing where `loading` is
+    1 (Hunt, Crossley, J. Applied Mechanics 42 (1975) 440); where it is 0 the damping is sigma_1 of the LuGre
+    model. On average over a loading from 0 to F_s it is `damping` in any case. The force is taken at the velocity that the mass has under it, so that no damping is too much for a step.
     """
 
     card: ClassVar[Card] = Card(
@@ -44,23 +47,34 @@ class ContactDamping(AbstractEffect):
     damping: Float[Array, ""] | float = parameter(
         "N s/m", "damping of the contact in stick", lower=0.0, null=0.0, typical=0.3, default=0.0
     )
+    loading: Float[Array, ""] | float = parameter(
+        "1",
+        "share of the damping that grows with the load on the contact",
+        lower=0.0,
+        upper=1.0,
+        typical=0.1,
+        default=0.0,
+    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
         contact = oscillator.contact
-        return dataclasses.replace(oscillator, contact=_Damped(contact.k1, contact, self.damping))
+        return dataclasses.replace(oscillator, contact=_Damped(contact.k1, contact, self.damping, self.loading))
 
 
 class _Damped(AbstractContact):
     k1: Scalar
     inner: AbstractContact
     damping: Scalar
+    loading: Scalar
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
         return self.inner.initial(approach, traction)
 
     def grip(self, state: Any, passage: Passage, traction: Traction) -> Grip:
         grip = self.inner.grip(state, passage, traction)
-        stuck = self.damping * (1 - grip.slip)
+        limit = traction.limit(0.0, sense_of(-grip.mean))
+        loaded = 1 + self.loading * (2 * jnp.abs(grip.mean) / limit - 1)
+        stuck = self.damping * loaded * (1 - grip.slip)
         half = passage.step / (2 * grip.inertia_factor)
         coasting = passage.slide / passage.step + half * (passage.acceleration + grip.mean / passage.inertia)
         force = stuck * coasting / (1 + half / passage.inertia * stuck)

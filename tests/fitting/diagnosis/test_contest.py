@@ -11,13 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from fitting.diagnosis import contest as contesting
 from fitting.diagnosis import finals
 from fitting.diagnosis.afresh import afresh, outright
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contest import contest
 from fitting.diagnosis.finals import hidden_by_lost_lanes
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Refit
+from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.screen import Promise, screen
 from fitting.diagnosis.starts import FROM_AFAR, Approach
 from fitting.diagnosis.wander import START
@@ -157,3 +158,29 @@ def test_lanes_that_sit_out_the_contest_begin_where_its_winner_asks_them_to(monk
     without, begins = (np.abs(found.refit.point.own - each)[rest, :START] for each in (base.point.own, own))
     assert np.all(np.median(begins, axis=0) <= np.median(without, axis=0) / 3)
     assert np.median(without[:, 0]) > 0
+
+
+def test_two_effects_that_end_above_one_of_them_take_up_where_that_one_stands(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    """A search that loses its lanes' starts ends where the single effect does, or lower."""
+    model, bench, base, seen = screened(1.0, 0.05)
+    promise = next(promise for promise in seen.usual if promise.key == UNEVEN)
+    (alone,) = contest(model, bench, base, [promise], 1, Silent(), wander=False)
+    group = next(group for group in model.groups() if UNEVEN in group)
+    beside = screen(model, bench, alone.refit, own_group=True, shapes=[])
+    second = next(p for p in beside.promises if p.key != UNEVEN and p.key in group)
+    ended, astray = contesting.final, list[float]()
+
+    def lost(*given: Any, **named: Any) -> Any:
+        (found,) = ended(*given, **named)
+        own = found.refit.point.own + 0.1 * np.abs(found.refit.point.own).max(0)
+        point = dataclasses.replace(found.refit.point, own=own)
+        (left,) = refit(model, bench, [point], [found.refit.free], iterations=0)
+        astray.append(left.misfit)
+        return [dataclasses.replace(found, refit=left)]
+
+    monkeypatch.setattr(contesting, "final", lost)
+    (both,) = contest(model, bench, alone.refit, [second], 1, Silent(), wander=False)
+    assert astray[0] > 2 * alone.refit.misfit
+    assert {*both.keys} == {UNEVEN, second.key} and both.refit.misfit < 1.01 * alone.refit.misfit

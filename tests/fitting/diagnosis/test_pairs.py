@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -52,3 +53,60 @@ def test_pairs_are_sought_beside_the_leader_kept_still(monkeypatch):
     assert based == [(), ("periodic_track",)]
     best = min(found, key=lambda e: e.refit.misfit)
     assert {*best.keys} == {*PAIR} and not wanders(best.refit)
+
+
+class Search(NamedTuple):
+    """A search for pairs among explanations that are only names and misfits."""
+
+    found: list[Any]
+    led: list[tuple[str, ...]]
+    outright: list[tuple[str, ...]]
+
+
+def explained(misfit: float, *keys: str) -> Any:
+    return SimpleNamespace(keys=keys, refit=SimpleNamespace(misfit=misfit, keys=keys))
+
+
+def sought(
+    monkeypatch: pytest.MonkeyPatch, left: dict[str, float], most: dict[str, list[str]], tries: float
+) -> Search:
+    """What is found where the best single effects leave `left`, beside each the two leave what `most` says,
+    in hundredths, and `tries` is left by what is tried outright."""
+    led, outright = list[tuple[str, ...]](), list[tuple[str, ...]]()
+
+    def contest(model: Any, bench: Any, base: Any, promises: Any, *rest: Any) -> list[Any]:
+        led.append(base.keys)
+        return [explained(int(m) / 100, *base.keys, key) for key, m in map(str.split, most[base.keys[0]])]
+
+    def tried(model: Any, bench: Any, base: Any, promises: Any, *rest: Any) -> list[Any]:
+        outright.append(base.keys)
+        return [explained(tries, *base.keys, "outright")]
+
+    seen = SimpleNamespace(ranked=[], promises=[], shapes=[])
+    monkeypatch.setattr(pairs, "contest", contest)
+    monkeypatch.setattr(pairs, "outright", tried)
+    monkeypatch.setattr(pairs, "screen", lambda *_, **__: seen)
+    monkeypatch.setattr(pairs, "freed", lambda m, b, e, n: sorted(e, key=lambda each: each.refit.misfit))
+    monkeypatch.setattr(pairs, "in_place_of_either", lambda m, b, found, *_: found)
+    singles = [explained(misfit, key) for key, misfit in left.items()]
+    found = pairs.pairs_beside(*(None, None), singles, seen, 1.0, Silent())  # pyright: ignore[reportArgumentType]
+    return Search(found, led, outright)
+
+
+def test_an_effect_of_the_best_pair_leads_a_search_of_its_own(monkeypatch: pytest.MonkeyPatch):
+    """The third of the single effects belongs to the best pair, and its best partner is no other's."""
+    left = {"first": 3.0, "second": 3.5, "third": 4.0}
+    most = {"first": ["third 150"], "second": ["fourth 200"], "third": ["fifth 101"]}
+    search = sought(monkeypatch, left, most, 9.0)
+    assert search.led == [("first",), ("second",), ("third",)]
+    assert search.found[0].keys == ("third", "fifth")
+
+
+def test_what_has_one_sign_is_tried_outright_beside_the_best_where_two_do_not_suffice(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    left = {"first": 3.0, "second": 9.0}
+    search = sought(monkeypatch, left, {"first": ["second 150"], "second": ["first 150"]}, 1.0)
+    assert search.outright == [("first",)] and search.found[0].keys == ("first", "outright")
+    search = sought(monkeypatch, left, {"first": ["second 105"], "second": ["first 105"]}, 1.0)
+    assert search.outright == []

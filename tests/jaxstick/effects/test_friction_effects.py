@@ -287,6 +287,25 @@ def test_the_stuck_mass_rings_down_with_the_damping_of_the_contact(contact) -> N
         assert np.abs(np.asarray(run.x) - expected).max() < 1e-3 * 0.01 / omega
 
 
+def test_damping_that_is_all_loading_loses_what_the_integral_of_it_says() -> None:
+    """From x = 0 at velocity v0 to the turning point the contact loses 2 d/F_s k1 x |v| dx, for weak damping
+    2 d/F_s k1 v0^3/(3 w^2), and as much on the way back."""
+    limit, speed, damping = 50.0, 0.01, 1.0
+    rig = free(ExponentialFriction(0.0, 1.0, limit, 0.0))
+    omega = math.sqrt(K1 / 2.0)
+    assert K1 * speed / omega < limit
+    run = simulate(
+        with_effect(rig, "contact_damping", damping=damping, loading=1.0),
+        samples=round(math.pi / omega / 1e-4) + 1,
+        interval=1e-4,
+        start=Start(0.0, speed),
+        steps_per_sample=20,
+    )
+    lost = speed**2 - (np.asarray(run.v[-1]) ** 2 + omega**2 * np.asarray(run.x[-1]) ** 2)
+    expected = 2 * 2 * damping / limit * K1 * speed**3 / (3 * omega**2)
+    assert lost == pytest.approx(expected, rel=0.05)
+
+
 def test_no_damping_of_the_contact_is_too_much_for_a_step() -> None:
     rig = with_effect(free(ExponentialFriction(0.0, 1.0, 1e6, 0.0)), "contact_damping", damping=1e8)
     run = simulate(rig, samples=50, interval=1e-3, start=Start(0.0, 0.01), steps_per_sample=1)
