@@ -30,6 +30,9 @@ THIN = 6
 """Other shapes are tried on one lane in so many."""
 APART = 0.4
 """Shapes that differ by less than this, as a logarithm, are the same."""
+FORBIDDEN = 0.1
+"""What a strength of a sign that it may not have promises counts by this share: as far from the truth as the
+model may be where it is screened, signs may be wrong."""
 PEAK, EDGES = 4.0, 0.95
 """What a time does to a sample counts up to so many times what it does to one of its edges, this quantile."""
 
@@ -47,7 +50,7 @@ class Promise:
     variance of the score by clusters of lanes over that of white residuals; information: curvature of every
     strength, of all runs together; around, room: by how much the unknowns, in the order of their `Layout`,
     are to move without the effect, and further to make room for it; own_around, own_room: likewise what every
-    lane has of its own.
+    lane has of its own; feasible: whether the strengths may have the expected signs.
     """
 
     key: str
@@ -61,6 +64,13 @@ class Promise:
     own_around: np.ndarray
     own_room: np.ndarray
     second: Promise | None = None
+    feasible: bool = True
+
+    @property
+    def worth(self) -> float:
+        """What a shape is chosen by: the score, little of it where the strength would have a sign that it may
+        not have."""
+        return self.score if self.feasible else FORBIDDEN * self.score
 
     @property
     def standing(self) -> float:
@@ -131,7 +141,7 @@ def screen(
         made = [promise]
         tried = zip(tables[1:], others, strict=True)
         made += [table.promise(key, place, shape[key]) for table, shape in tried if key in shape]
-        made.sort(key=lambda promise: -promise.score)
+        made.sort(key=lambda promise: -promise.worth)
         found.append(dataclasses.replace(made[0], second=made[1] if len(made) > 1 else None))
     found.sort(key=lambda promise: -promise.score)
     return Screen(tuple(found), tuple(keys), tuple(usual), tables[0].cosines(places), others)
@@ -178,7 +188,7 @@ def _promising_shapes(model: Model, bench: Bench, at: Refit, groups: Sequence[tu
     best: dict[str, np.ndarray] = {}
     other: dict[str, np.ndarray] = {}
     for key, place in zip(keys, places, strict=True):
-        scores = [table.promise(key, place, np.zeros(0)).score for table in tables]
+        scores = [table.promise(key, place, np.zeros(0)).worth for table in tables]
         best[key] = tried[int(np.argmax(scores))][key]
         apart = [float(np.max(np.abs(shapes[key] - best[key]))) > APART for shapes in tried]
         if any(apart):
@@ -357,6 +367,7 @@ class _Table:
             room,
             own_around,
             own_room,
+            feasible=bool(np.all((change > 0) | (self.model.lower[owner] < 0))),
         )
 
     def cosines(self, places: Sequence[np.ndarray]) -> np.ndarray:

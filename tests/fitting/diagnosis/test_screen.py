@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from fitting.diagnosis import screen as screening
 from fitting.diagnosis.refit import Refit, refit
-from fitting.diagnosis.screen import bounded
+from fitting.diagnosis.screen import Promise, bounded, screen
 from fitting.diagnosis.wander import START
 from tests.fitting.diagnosis.grounded import UNEVEN, Screened, screened
 
@@ -59,6 +61,26 @@ def test_what_lanes_have_of_their_own_makes_room_as_promised(slight: Screened, f
     off = way - (promise.own_around + promise.own_room)[:, :START]
     assert np.all(np.median(np.abs(way), axis=0)[:2] > 0)
     assert np.all(np.median(np.abs(off), axis=0) <= np.median(np.abs(way), axis=0) / 5)
+
+
+def test_a_shape_is_not_chosen_for_what_a_forbidden_sign_promises(
+    slight: Screened, monkeypatch: pytest.MonkeyPatch
+):
+    """Another shape promises twice as much, with a sign that the strength may not have."""
+    model, bench, fit, _ = slight
+    key = "contact_damping"
+    real = screening._Table.promise
+
+    def promised(self: Any, key: str, place: np.ndarray, shape: np.ndarray) -> Promise:
+        made = real(self, key, place, shape)
+        assert made.feasible == (bool(model.lower[model.of(key)[0]] < 0) or made.change[0] > 0)
+        return dataclasses.replace(made, score=1.0 + len(shape), feasible=not len(shape))
+
+    monkeypatch.setattr(screening._Table, "promise", promised)
+    shape = fit.point.coordinates[model.index(*model.shelf.shapes[key])] + 0.5
+    found = screen(model, bench, fit, own_group=True, shapes=[{key: shape}])
+    (chosen,) = (promise for promise in found.promises if promise.key == key)
+    assert not len(chosen.shape) and chosen.second is not None and len(chosen.second.shape)
 
 
 def test_a_jump_of_the_force_does_not_outweigh_what_a_time_does_elsewhere():
