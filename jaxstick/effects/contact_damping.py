@@ -18,9 +18,10 @@ from jaxstick.parts.motion import Scalar
 class ContactDamping(AbstractEffect):
     """Adds -damping (1 - loading + 2 loading |F|/F_s) v to the friction force while the contact sticks.
 
-    F is the force on the contact, F_s the limit at rest: unloaded asperities lose nothing where `loading` is
-    1 (Hunt, Crossley, J. Applied Mechanics 42 (1975) 440); where it is 0 the damping is sigma_1 of the LuGre
-    model. On average over a loading from 0 to F_s it is `damping` in any case. The force is taken at the velocity that the mass has under it, so that no damping is too much for a step.
+    F is the force on the contact, F_s the limit at rest. Where `loading` is 0 the damping is sigma_1 of the
+    LuGre model; where it is 1, asperities without load lose nothing (Hunt, Crossley, J. Applied Mechanics 42
+    (1975) 440). On average over a loading from 0 to F_s it is `damping` in any case. The force is taken at
+    the velocity that the mass has under it, so that no damping is too much for a step.
     """
 
     card: ClassVar[Card] = Card(
@@ -58,7 +59,9 @@ class ContactDamping(AbstractEffect):
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
         contact = oscillator.contact
-        return dataclasses.replace(oscillator, contact=_Damped(contact.k1, contact, self.damping, self.loading))
+        return dataclasses.replace(
+            oscillator, contact=_Damped(contact.k1, contact, self.damping, self.loading)
+        )
 
 
 class _Damped(AbstractContact):
