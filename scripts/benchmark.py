@@ -6,7 +6,8 @@ the event-driven reference by at most 1e-4 of the stroke (root mean square over 
 difference); diffrax's Tsit5 solves the smooth contact, and its error is the one from that contact's own
 solution. Times are minima of rounds in which all solvers take turns: the processor's time where one
 core works, so that a busy machine does not count, the wall's clock where all of them do. Compilation does not
-count.
+count. What a diagnosis spends its time on, lanes of real length linearised with a group of effects attached,
+is set against the same without any.
 
     python -m scripts.benchmark [--quick] [--json]
 """
@@ -27,6 +28,7 @@ from jaxstick.compiled import cores
 from jaxstick.precision import float64
 from scripts.benchmark_parts.contest import Entry, Size, contest
 from scripts.benchmark_parts.growth import Growth, accelerator, growth, memory
+from scripts.benchmark_parts.linearisation import linearised
 
 QUICK = Size(lanes=128, tsit5_lanes=32, checked=4, scipy_lanes=2, repeats=2)
 FULL = Size(lanes=4096, tsit5_lanes=512, checked=16, scipy_lanes=8, repeats=7)
@@ -44,12 +46,17 @@ def measured(quick: bool) -> dict[str, Any]:
         counts = COUNTS[:3] if quick else COUNTS
         grown = growth(counts, steps, size.repeats if quick else 5, JACOBIANS_UP_TO)
         taken = None if quick else memory(steps)
+        alone, *attached = linearised(size.repeats, groups=1 if quick else None)
     with float64():
         other = accelerator(counts[-1] if quick else ACCELERATOR_LANES, steps, size.repeats)
     return {
         "cores": cores(),
         "solvers": [_of_entry(entry, entries[0]) for entry in entries],
         "growth": [_of_growth(row) for row in grown],
+        "linearised": [
+            {"effects": each.effects, "seconds": each.seconds, "nominal": each.seconds / alone.seconds}
+            for each in (alone, *attached)
+        ],
         "memory_gb_for_1e6_lanes": taken,
         "accelerator": None if other is None else {"name": other[0], "seconds_a_lane": other[1]},
     }
@@ -100,7 +107,14 @@ def tables(figures: dict[str, Any]) -> list[Table]:
             f"{row['gain_of_all_cores']:.2f}",
             "" if jacobian is None else f"{jacobian:.2f}",
         )
-    return [against, own]
+    effects = Table(title="a lane of a diagnosis linearised, one core")
+    effects.add_column("effects attached")
+    for head in ("time", "x nominal"):
+        effects.add_column(head, justify="right")
+    for row in figures["linearised"]:
+        attached = ", ".join(row["effects"]) or "none"
+        effects.add_row(attached, _time(row["seconds"]), f"{row['nominal']:.2f}")
+    return [against, own, effects]
 
 
 def _time(seconds: float | None) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -48,32 +48,23 @@ the displacement is freed of it."""
 @dataclasses.dataclass(frozen=True)
 class Attribution:
     """The nominal model's refit, the explanations (best first), the screening that led to them, the
-    judgement; by how much scores vary more than white noise, and the misfit that no model can get below, for
-    it does not repeat itself from cycle to cycle; and what the judgement rests on."""
+    judgement, and what misfits were judged against."""
 
     nominal: Refit
     explanations: tuple[Explanation, ...]
     screen: Screen
     judgement: Judgement
-    inflation: float
-    floor: float
-    samples: float
-    accounts: tuple[Account, ...]
-    aliases: Mapping[str, Sequence[str]]
-    scatters: bool
+    yardstick: Yardstick
 
     @property
-    def yardstick(self) -> Yardstick:
-        """What misfits are judged against."""
-        return Yardstick(
-            self.nominal.misfit,
-            self.floor,
-            self.samples,
-            self.inflation,
-            self.scatters,
-            self.accounts,
-            self.aliases,
-        )
+    def floor(self) -> float:
+        """The misfit that no model gets below, for it does not repeat itself from cycle to cycle."""
+        return self.yardstick.floor
+
+    @property
+    def inflation(self) -> float:
+        """By how much scores vary more than white noise."""
+        return self.yardstick.inflation
 
     @property
     def lost(self) -> float:
@@ -172,9 +163,8 @@ def _weighed(
 ) -> Attribution:
     found = sorted(found, key=lambda explanation: explanation.refit.misfit)
     floor = min(floor, floor_of(model, bench, [found[0].refit]))
-    samples = float(bench.dof().sum())
     accounts = tuple(account(model, bench, nominal, e, floor) for e in found)
-    alike = aliases(model, first)
+    samples, alike = float(bench.dof().sum()), aliases(model, first)
     judgement = judge(
         nominal.misfit / floor,
         accounts,
@@ -188,9 +178,8 @@ def _weighed(
         ),
         scatters=bench.scatters,
     )
-    made = Attribution(
-        nominal, tuple(found), first, judgement, inflation, floor, samples, accounts, alike, bench.scatters
-    )
+    against = Yardstick(nominal.misfit, floor, samples, inflation, bench.scatters, accounts, alike)
+    made = Attribution(nominal, tuple(found), first, judgement, against)
     return dataclasses.replace(made, judgement=astray(judgement)) if made.lost > LOST else made
 
 

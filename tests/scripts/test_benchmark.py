@@ -80,7 +80,10 @@ def test_quick_run_prints_every_figure(monkeypatch: pytest.MonkeyPatch) -> None:
         assert row["one_core"] > 0
     assert [row["lanes"] for row in figures["growth"]] == [1, 16, 24]
     assert all(row["jacobian_in_simulations"] > 0 for row in figures["growth"])
-    assert len(benchmark.tables(figures)) == 2
+    alone, attached = figures["linearised"]
+    assert alone["effects"] == [] and alone["nominal"] == 1.0 and alone["seconds"] > 0
+    assert attached["effects"] and attached["nominal"] > 0
+    assert len(benchmark.tables(figures)) == 3
 
 
 def test_no_accelerator_no_figure() -> None:

@@ -12,6 +12,7 @@ from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.attribute import Attribution, on_another_contact
 from fitting.diagnosis.contacts import Chosen, carried, choose_contact
 from fitting.diagnosis.explanation import Explanation
+from fitting.diagnosis.findings import Yardstick
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.judge import judge
 from fitting.diagnosis.model import Model
@@ -102,7 +103,8 @@ def test_a_strong_effect_does_not_hide_the_contact():
     accounts = (Account((promise.key,), gained.misfit, 1),)
     judgement = judge(nominal.misfit, accounts, 1e4, 1.0, seen.keys)
     only = (Explanation((promise.key,), promise, gained),)
-    before = Attribution(nominal, only, seen, judgement, 1.0, 1.0, 1e4, accounts, {}, False)
+    against = Yardstick(nominal.misfit, 1.0, 1e4, 1.0, False, accounts)
+    before = Attribution(nominal, only, seen, judgement, against)
     again = on_another_contact(model, base.bench, before, chosen.model)
     assert gained.misfit > 2 and again.explanations[0].refit.misfit < 1.3
     assert again.judgement.named[0] == "force_gain"

@@ -1,0 +1,63 @@
+"""What the diagnosis spends its time on: a lane linearised with effects attached at null."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.laying import cut_in_step, lay, length
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.programs import COLUMNS
+from fitting.diagnosis.refit import chosen_columns, job
+from fitting.diagnosis.wander import LEAST, OWN, START
+from fitting.problem import pose
+from fitting.settings import Settings
+from jaxstick.record import load_dataset
+from scripts.benchmark_parts.clock import fastest
+
+RECORDS = Path(__file__).parents[2] / "data" / "rig1987"
+SUBSTEPS = 16
+
+
+class Linearised(NamedTuple):
+    """The effects attached, none for the nominal model; the processor's time for the states and the Jacobian
+    of a lane by what it has of its own, the constants and the strengths of these effects [s]."""
+
+    effects: tuple[str, ...]
+    seconds: float
+
+
+def linearised(repeats: int, folder: Path = RECORDS, groups: int | None = None) -> list[Linearised]:
+    """Times on one core with the records of a folder, the nominal model first, then every group of effects
+    that shares a program, or so many of them."""
+    model, bench, point = _laid_out(folder)
+    attached = [(), *model.groups()[:groups]]
+    candidates = {"+".join(keys): _linearisation(model, bench, point, keys) for keys in attached}
+    times = fastest(candidates, repeats)
+    return [Linearised(keys, times["+".join(keys)].processor / len(bench.lanes)) for keys in attached]
+
+
+def _laid_out(folder: Path) -> tuple[Model, Bench, Point]:
+    """The model of the records, their lanes, and the assumed constants as a point."""
+    problem = pose(load_dataset(folder), Settings(workers=1))
+    samples = length(problem)
+    segments, phases = cut_in_step(problem.chosen, samples)
+    bench = lay(problem, segments, phases, SUBSTEPS, samples, samples // 4)
+    model = Model(problem, 1)
+    assumed = problem.dataset.assumed
+    origin = model.origin({name: getattr(assumed, name) for name in model.constants})
+    own, widths = np.asarray(bench.lanes.start), np.full(OWN - START, LEAST)
+    return model, bench, Point((), origin, model.alike(bench.runs), own, widths)
+
+
+def _linearisation(model: Model, bench: Bench, point: Point, keys: tuple[str, ...]) -> Callable[[], object]:
+    strengths = [model.index(*model.shelf.strengths[key]) for key in keys]
+    free = np.concatenate([model.index(*model.constants), *strengths])
+    at = dataclasses.replace(point, keys=keys)
+    asked = job(model, bench, at, chosen_columns(free[: COLUMNS - 1], model.level, len(bench.lanes)))
+    return lambda: model.columns([asked])
