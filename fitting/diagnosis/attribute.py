@@ -12,6 +12,7 @@ import numpy as np
 from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import NOTABLE, carried, free_under
+from fitting.diagnosis.credit import NEARLY_BEST
 from fitting.diagnosis.enough import hints, leaves_nothing, passes_for_noise
 from fitting.diagnosis.explanation import Explanation, best_of
 from fitting.diagnosis.findings import Yardstick
@@ -23,7 +24,7 @@ from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import borrowed, released
 from fitting.diagnosis.repeatability import floor_of, wanders
 from fitting.diagnosis.screen import Screen, screen
-from fitting.diagnosis.steadiness import steadier
+from fitting.diagnosis.steadiness import Levels, steadier
 from fitting.diagnosis.survey import Survey, aliases, freed
 from fitting.progress import Progress
 
@@ -163,7 +164,9 @@ def _weighed(
 ) -> Attribution:
     found = sorted(found, key=lambda explanation: explanation.refit.misfit)
     floor = min(floor, floor_of(model, bench, [found[0].refit]))
-    accounts = tuple(account(model, bench, nominal, e, floor) for e in found)
+    near = [e.refit.levels for e in found if e.refit.misfit < NEARLY_BEST * found[0].refit.misfit]
+    known = nominal.levels.where_none_lost(near)
+    accounts = tuple(account(model, bench, known, e, floor) for e in found)
     samples, alike = float(bench.dof().sum()), aliases(model, first)
     judgement = judge(
         nominal.misfit / floor,
@@ -196,10 +199,11 @@ def _inflation(bench: Bench, seen: Screen) -> float:
     return max(seen.inflation, float(bench.dof().sum()) / pieces if bench.scatters else 1.0)
 
 
-def account(model: Model, bench: Bench, nominal: Refit, explanation: Explanation, floor: float) -> Account:
+def account(model: Model, bench: Bench, before: Levels, explanation: Explanation, floor: float) -> Account:
     """The account of an explanation. A strength that every run has of its own counts once, and for the other
     runs as far as these differ from one another. Where residuals are weighed by what does not repeat itself,
-    which is known from the records alone, a second effect earns nothing by leaving less than that."""
+    which is known from the records alone, a second effect earns nothing by leaving less than that. `before`:
+    the levels of friction under the nominal model."""
     keys, fit, runs = explanation.keys, explanation.refit, np.unique(bench.run)
     parameters, of_one_run = 0, 0.0
     for number in np.concatenate([model.of(key) for key in keys]):
@@ -207,7 +211,7 @@ def account(model: Model, bench: Bench, nominal: Refit, explanation: Explanation
         if number in model.by_run:
             own = fit.point.by_run[runs][:, model.by_run == number]
             of_one_run += (len(runs) - 1) * float(np.var(own) / max(np.mean(own**2), 1e-300))
-    steady = max(steadier(nominal.levels, fit.levels, bench.run), 0.0) if bench.wanders else 0.0
+    steady = max(steadier(before, fit.levels, bench.run), 0.0) if bench.wanders else 0.0
     least = 1.0 if bench.scatters and len(keys) > 1 else 0.0
     of_friction = tuple(key for key in keys if model.shelf.effects[key].card.family == "friction")
     misfit = max(fit.misfit / floor, least)

@@ -12,6 +12,7 @@ common says nothing.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -36,19 +37,27 @@ class Levels(NamedTuple):
     variance: np.ndarray
     counts: np.ndarray
 
+    def where_none_lost(self, others: Iterable[Levels]) -> Levels:
+        """The levels, counted where none of the others has lost an event: what is compared by them is
+        compared in the same lanes."""
+        kept = [np.abs(np.nan_to_num(other.best, nan=np.inf)) < FARTHEST for other in others]
+        return self._replace(counts=self.counts & np.all(kept, axis=0))
+
 
 def steadier(before: Levels, after: Levels, run: np.ndarray) -> float:
     """By how much likelier levels are once an effect has been let in than before (a logarithm; negative where
     they are less likely).
 
-    `run` says which run a lane belongs to, in the order of time. Lanes count and levels are known as before.
+    `run` says which run a lane belongs to, in the order of time. Lanes count and levels are known as before;
+    a lane that has lost an event before or after says nothing.
     """
-    return _likelihood(after.best, before, run) - _likelihood(before.best, before, run)
+    known = before.where_none_lost([before, after])
+    then, now = (_likelihood(each.best, known, run) for each in (before, after))
+    return now - then
 
 
 def _likelihood(levels: np.ndarray, known: Levels, run: np.ndarray) -> float:
     """The logarithmic likelihood of levels under the process that makes it largest."""
-    levels = np.clip(np.nan_to_num(levels, nan=FARTHEST), -FARTHEST, FARTHEST)
     counts = known.counts & np.isfinite(known.variance)
     total = np.zeros((len(LENGTHS) * len(NEW), len(SCALES)))
     for number in np.unique(run):

@@ -71,8 +71,23 @@ def test_lanes_that_do_not_count_and_levels_of_whole_runs_say_nothing():
     assert steadier(known, levels(spoilt), RUN) == steadier(known, levels(after), RUN) > 50
 
 
-def test_a_level_that_is_no_number_is_far_off():
+@pytest.mark.parametrize("level", [np.nan, 1.8, -16.0])
+def test_a_lane_that_has_lost_an_event_says_nothing(level: float):
+    """Neither before, where it would be to the credit of every effect, nor after, where it would take it."""
     before = DRIFT * LANE + white(5)
     after = before - DRIFT * LANE
-    broken = np.where(np.arange(len(RUN)) == 3, np.nan, after)
-    assert steadier(levels(before), levels(broken), RUN) < steadier(levels(before), levels(after), RUN)
+    lost = np.arange(len(RUN)) == 3
+    without = steadier(levels(before)._replace(counts=~lost), levels(after), RUN)
+    assert steadier(levels(before), levels(np.where(lost, level, after)), RUN) == without > 50
+    assert steadier(levels(np.where(lost, level, before)), levels(before), RUN) == 0.0
+
+
+def test_what_is_compared_is_compared_in_the_same_lanes():
+    """Two effects make friction as steady, and one of them has lost the event in a lane that showed much."""
+    lost = np.arange(len(RUN)) == 7
+    before = DRIFT * LANE + np.where(lost, 0.05, 0.0) + white(6)
+    after = levels(white(6))
+    astray = levels(np.where(lost, 1.8, after.best))
+    assert steadier(levels(before), after, RUN) > steadier(levels(before), astray, RUN) + 3
+    known = levels(before).where_none_lost([after, astray])
+    assert steadier(known, after, RUN) == steadier(known, astray, RUN) > 50
