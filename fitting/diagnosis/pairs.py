@@ -61,7 +61,8 @@ def pairs_beside(
         pairs = freed(model, bench, best_of([*pairs, *more]), LEADERS)
     if pairs[0].refit.misfit >= WORTHWHILE * leader.misfit:
         return pairs
-    hidden = [e for e in found if e not in led and {*e.keys} < {*pairs[0].keys}]
+    known = {e.keys for e in led}
+    hidden = [e for e in found if e.keys not in known and {*e.keys} < {*pairs[0].keys}]
     if hidden:
         more = [pair for first in hidden for pair in beside(first)]
         pairs = freed(model, bench, best_of([*pairs, *more]), LEADERS)
