@@ -54,8 +54,7 @@ def measured(quick: bool) -> dict[str, Any]:
         "solvers": [_of_entry(entry, entries[0]) for entry in entries],
         "growth": [_of_growth(row) for row in grown],
         "linearised": [
-            {"effects": each.effects, "seconds": each.seconds, "nominal": each.seconds / alone.seconds}
-            for each in (alone, *attached)
+            {**each._asdict(), "nominal": each.seconds / alone.seconds} for each in (alone, *attached)
         ],
         "memory_gb_for_1e6_lanes": taken,
         "accelerator": None if other is None else {"name": other[0], "seconds_a_lane": other[1]},

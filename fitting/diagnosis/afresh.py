@@ -73,7 +73,7 @@ def outright(
     from sizes that are no longer small: play, a stop or a clipped peak does next to nothing at null."""
     few = bench.spread(HEAT_LANES)
     heat, bare = bench.take(few), nominal.point.take(few)
-    one_sided = [p for p in promises if not model.lower[model.index(*model.shelf.strengths[p.key])].any()]
+    one_sided = [p for p in promises if not model.two_sided(model.index(*model.shelf.strengths[p.key])).any()]
     progress.stage("effects refitted outright", 1)
 
     def at(promise: Promise, size: float) -> Point:

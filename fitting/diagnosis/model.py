@@ -193,6 +193,10 @@ class Model:
         names = {self.names[i].partition(".")[0] for i in free}
         return tuple(key for key in self.shelf.effects if key in names)
 
+    def two_sided(self, numbers: np.ndarray) -> np.ndarray:
+        """Which of these strengths may have either sign."""
+        return self.lower[numbers] < 0
+
     def lasts(self, key: str) -> bool:
         """Whether the strength of an effect is a time."""
         return all(self.members[n].unit == "s" for n in self.index(*self.shelf.strengths[key]))

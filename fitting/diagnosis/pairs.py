@@ -47,7 +47,7 @@ def pairs_beside(
     outright beside the best."""
     leader = found[0].refit
     seconds = [e for e in found[1:LEADERS] if e.refit.misfit < RIVAL * leader.misfit]
-    led = [*found[:1], *seconds]
+    led = [found[0], *seconds]
 
     def beside(first: Explanation) -> list[Explanation]:
         seen = around if first is found[0] else screen(model, bench, first.refit, shapes=around.shapes)

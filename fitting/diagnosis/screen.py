@@ -367,7 +367,7 @@ class _Table:
             room,
             own_around,
             own_room,
-            feasible=bool(np.all((change > 0) | (self.model.lower[owner] < 0))),
+            feasible=bool(np.all((change > 0) | self.model.two_sided(np.array(owner)))),
         )
 
     def cosines(self, places: Sequence[np.ndarray]) -> np.ndarray:

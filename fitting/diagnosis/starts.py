@@ -126,7 +126,7 @@ def _begin(
 
 def _long(model: Model, promise: Promise) -> Promise:
     """The promise of a long time, for which nothing makes room beforehand, of a sign that it may have."""
-    two_sided = model.lower[model.index(*model.shelf.strengths[promise.key])] < 0
+    two_sided = model.two_sided(model.index(*model.shelf.strengths[promise.key]))
     change = np.where(two_sided, np.copysign(LONG, promise.change), LONG)
     still = {name: np.zeros_like(getattr(promise, name)) for name in ("room", "own_room")}
     return dataclasses.replace(promise, change=change, **still)

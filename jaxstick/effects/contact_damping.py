@@ -76,7 +76,8 @@ class _Damped(AbstractContact):
     def grip(self, state: Any, passage: Passage, traction: Traction) -> Grip:
         grip = self.inner.grip(state, passage, traction)
         limit = traction.limit(0.0, sense_of(-grip.mean))
-        loaded = 1 + self.loading * (2 * jnp.abs(grip.mean) / limit - 1)
+        load = jnp.where(limit > 0, jnp.abs(grip.mean) / jnp.where(limit > 0, limit, 1.0), 0.0)
+        loaded = 1 + self.loading * (2 * load - 1)
         stuck = self.damping * loaded * (1 - grip.slip)
         half = passage.step / (2 * grip.inertia_factor)
         coasting = passage.slide / passage.step + half * (passage.acceleration + grip.mean / passage.inertia)

@@ -32,19 +32,19 @@ class Linearised(NamedTuple):
     seconds: float
 
 
-def linearised(repeats: int, folder: Path = RECORDS, groups: int | None = None) -> list[Linearised]:
-    """Times on one core with the records of a folder, the nominal model first, then every group of effects
-    that shares a program, or so many of them."""
-    model, bench, point = _laid_out(folder)
+def linearised(repeats: int, groups: int | None = None) -> list[Linearised]:
+    """Times on one core, the nominal model first, then every group of effects that shares a program, or so
+    many of them."""
+    model, bench, point = _laid_out()
     attached = [(), *model.groups()[:groups]]
     candidates = {"+".join(keys): _linearisation(model, bench, point, keys) for keys in attached}
     times = fastest(candidates, repeats)
     return [Linearised(keys, times["+".join(keys)].processor / len(bench.lanes)) for keys in attached]
 
 
-def _laid_out(folder: Path) -> tuple[Model, Bench, Point]:
+def _laid_out() -> tuple[Model, Bench, Point]:
     """The model of the records, their lanes, and the assumed constants as a point."""
-    problem = pose(load_dataset(folder), Settings(workers=1))
+    problem = pose(load_dataset(RECORDS), Settings(workers=1))
     samples = length(problem)
     segments, phases = cut_in_step(problem.chosen, samples)
     bench = lay(problem, segments, phases, SUBSTEPS, samples, samples // 4)

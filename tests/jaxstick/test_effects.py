@@ -222,7 +222,7 @@ def test_parameters_say_what_they_are(key):
         assert kind.lower <= value <= kind.upper
         if kind.null is None:
             assert kind.typical is None or kind.lower <= typical(kind) <= kind.upper
-            share = kind.unit == "1" and kind.lower == 0 and math.isfinite(kind.upper)
+            share = kind.unit == "1" and kind.lower == 0 and math.isfinite(kind.upper) and kind.typical
             assert value != 0 or share, "a shape that is nothing by default says nothing where it begins"
         else:
             assert value == kind.null and kind.typical is not None and kind.typical > 0

@@ -167,9 +167,8 @@ def test_two_effects_that_end_above_one_of_them_take_up_where_that_one_stands(
     model, bench, base, seen = screened(1.0, 0.05)
     promise = next(promise for promise in seen.usual if promise.key == UNEVEN)
     (alone,) = contest(model, bench, base, [promise], 1, Silent(), wander=False)
-    group = next(group for group in model.groups() if UNEVEN in group)
     beside = screen(model, bench, alone.refit, own_group=True, shapes=[])
-    second = next(p for p in beside.promises if p.key != UNEVEN and p.key in group)
+    second = next(p for p in beside.promises if p.key != UNEVEN)
     ended, astray = contesting.final, list[float]()
 
     def lost(*given: Any, **named: Any) -> Any:

@@ -68,15 +68,15 @@ def explained(misfit: float, *keys: str) -> Any:
 
 
 def sought(
-    monkeypatch: pytest.MonkeyPatch, left: dict[str, float], most: dict[str, list[str]], tries: float
+    monkeypatch: pytest.MonkeyPatch, left: dict[str, float], most: dict[str, dict[str, float]], tries: float
 ) -> Search:
-    """What is found where the best single effects leave `left`, beside each the two leave what `most` says,
-    in hundredths, and `tries` is left by what is tried outright."""
+    """What is found where the best single effects leave `left`, beside each the two leave what `most`
+    says, and `tries` is left by what is tried outright."""
     led, outright = list[tuple[str, ...]](), list[tuple[str, ...]]()
 
     def contest(model: Any, bench: Any, base: Any, promises: Any, *rest: Any) -> list[Any]:
         led.append(base.keys)
-        return [explained(int(m) / 100, *base.keys, key) for key, m in map(str.split, most[base.keys[0]])]
+        return [explained(misfit, *base.keys, key) for key, misfit in most[base.keys[0]].items()]
 
     def tried(model: Any, bench: Any, base: Any, promises: Any, *rest: Any) -> list[Any]:
         outright.append(base.keys)
@@ -89,14 +89,16 @@ def sought(
     monkeypatch.setattr(pairs, "freed", lambda m, b, e, n: sorted(e, key=lambda each: each.refit.misfit))
     monkeypatch.setattr(pairs, "in_place_of_either", lambda m, b, found, *_: found)
     singles = [explained(misfit, key) for key, misfit in left.items()]
-    found = pairs.pairs_beside(*(None, None), singles, seen, 1.0, Silent())  # pyright: ignore[reportArgumentType]
+    nothing: Any = None
+    around: Any = seen
+    found = pairs.pairs_beside(nothing, nothing, singles, around, 1.0, Silent())
     return Search(found, led, outright)
 
 
 def test_an_effect_of_the_best_pair_leads_a_search_of_its_own(monkeypatch: pytest.MonkeyPatch):
     """The third of the single effects belongs to the best pair, and its best partner is no other's."""
     left = {"first": 3.0, "second": 3.5, "third": 4.0}
-    most = {"first": ["third 150"], "second": ["fourth 200"], "third": ["fifth 101"]}
+    most = {"first": {"third": 1.5}, "second": {"fourth": 2.0}, "third": {"fifth": 1.01}}
     search = sought(monkeypatch, left, most, 9.0)
     assert search.led == [("first",), ("second",), ("third",)]
     assert search.found[0].keys == ("third", "fifth")
@@ -106,7 +108,7 @@ def test_what_has_one_sign_is_tried_outright_beside_the_best_where_two_do_not_su
     monkeypatch: pytest.MonkeyPatch,
 ):
     left = {"first": 3.0, "second": 9.0}
-    search = sought(monkeypatch, left, {"first": ["second 150"], "second": ["first 150"]}, 1.0)
+    search = sought(monkeypatch, left, {"first": {"second": 1.5}, "second": {"first": 1.5}}, 1.0)
     assert search.outright == [("first",)] and search.found[0].keys == ("first", "outright")
-    search = sought(monkeypatch, left, {"first": ["second 105"], "second": ["first 105"]}, 1.0)
+    search = sought(monkeypatch, left, {"first": {"second": 1.05}, "second": {"first": 1.05}}, 1.0)
     assert search.outright == []

@@ -306,6 +306,15 @@ def test_damping_that_is_all_loading_loses_what_the_integral_of_it_says() -> Non
     assert lost == pytest.approx(expected, rel=0.05)
 
 
+def test_a_contact_without_dry_friction_is_not_damped() -> None:
+    """It never sticks: the mass slides on at its own speed, whatever share of the damping is loading."""
+    rig = with_effect(
+        free(ExponentialFriction(0.0, 1.0, 0.0, 0.0)), "contact_damping", damping=5.0, loading=0.5
+    )
+    run = simulate(rig, samples=50, interval=1e-3, start=Start(0.0, 0.01))
+    np.testing.assert_allclose(np.asarray(run.v), 0.01)
+
+
 def test_no_damping_of_the_contact_is_too_much_for_a_step() -> None:
     rig = with_effect(free(ExponentialFriction(0.0, 1.0, 1e6, 0.0)), "contact_damping", damping=1e8)
     run = simulate(rig, samples=50, interval=1e-3, start=Start(0.0, 0.01), steps_per_sample=1)
