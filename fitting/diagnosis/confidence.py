@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.stats import t as student
 
@@ -21,35 +23,59 @@ def deviations(model: Model, bench: Bench, found: Refit) -> tuple[np.ndarray, fl
     The covariance is H^-1 (sum over clusters of g_c g_c') H^-1 with the scores g_c of neighbouring lanes
     summed, times C/(C - 1) for C clusters; never below that of white residuals of the size that is left.
     """
-    free = found.free
-    gradient, curvature = _scores(model, bench, found.point, free)
-    gradient, curvature = gradient * found.weights[:, None], curvature * found.weights[:, None, None]
-    layout = Layout.of(model, bench, free)
-    _, h = layout.summed(bench.run, gradient, curvature)
-    h = h + layout.prior(model, found.point).curvature
-    h = h + np.diag(1e-12 * np.diag(h) + 1e-30)
-    inverse = np.linalg.inv(h)
+    seen = _of_fit(model, bench, found)
+    layout = Layout.of(model, bench, found.free)
+    inverse = np.linalg.inv(_information(model, bench, found, seen))
     cluster = _clusters(bench)
-    total = np.zeros_like(h)
+    total = np.zeros_like(inverse)
     for number in range(cluster.max() + 1):
         mine = np.flatnonzero(cluster == number)
-        score, _ = layout.summed(bench.run[mine], gradient[mine], curvature[mine])
+        score, _ = layout.summed(bench.run[mine], seen.gradient[mine], seen.curvature[mine])
         total += np.outer(score, score)
     count = cluster.max() + 1
     robust = np.diag(inverse @ total @ inverse)[layout.of_free] * count / max(count - 1, 1)
     white = np.diag(inverse)[layout.of_free] * max(found.misfit, 1.0)
-    quantile = float(student.ppf(0.5 + LEVEL / 2, max(count - len(free), 2)))
+    quantile = float(student.ppf(0.5 + LEVEL / 2, max(count - len(found.free), 2)))
     return np.sqrt(np.maximum(robust, white)), quantile
 
 
-def _scores(model: Model, bench: Bench, point: Point, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """J'r and J'J of level and free unknowns of every lane, its start eliminated."""
+def information(model: Model, bench: Bench, found: Refit) -> np.ndarray:
+    """Half the curvature of chi-square and prior over what a refit has free, in the order of its `Layout`."""
+    return _information(model, bench, found, _of_fit(model, bench, found))
+
+
+class Scores(NamedTuple):
+    """J'r (lanes, columns) and J'J (lanes, columns, columns) of level and free unknowns, and r'r of every
+    lane, what each has of its own eliminated."""
+
+    gradient: np.ndarray
+    curvature: np.ndarray
+    cost: np.ndarray
+
+
+def scores(model: Model, bench: Bench, point: Point, free: np.ndarray) -> Scores:
+    """The scores of a bench's lanes at a point."""
     (columns,) = model.columns(
         [job(model, bench, point, chosen_columns(free, model.level, len(bench.lanes)))]
     )
-    own = Projection(columns)(columns.jacobian[:, :, : 1 + len(free)])
-    gradient = np.einsum("lrc,lr->lc", own, columns.residual)
-    return gradient, own.transpose(0, 2, 1) @ own
+    wanted = [columns.jacobian[:, :, : 1 + len(free)], columns.residual[:, :, None]]
+    own = Projection(columns)(np.concatenate(wanted, axis=2))
+    products = own.transpose(0, 2, 1) @ own
+    return Scores(products[:, :-1, -1], products[:, :-1, :-1], products[:, -1, -1])
+
+
+def _of_fit(model: Model, bench: Bench, found: Refit) -> Scores:
+    """The scores of a refit's lanes, as far as these count."""
+    gradient, curvature, cost = scores(model, bench, found.point, found.free)
+    weights = found.weights
+    return Scores(gradient * weights[:, None], curvature * weights[:, None, None], cost * weights)
+
+
+def _information(model: Model, bench: Bench, found: Refit, seen: Scores) -> np.ndarray:
+    layout = Layout.of(model, bench, found.free)
+    _, h = layout.summed(bench.run, seen.gradient, seen.curvature)
+    h = h + layout.prior(model, found.point).curvature
+    return h + np.diag(1e-12 * np.diag(h) + 1e-30)
 
 
 def _clusters(bench: Bench) -> np.ndarray:

@@ -19,6 +19,7 @@ from fitting.diagnosis.ground import Ground, ground, resolved
 from fitting.diagnosis.judge import Judgement, astray, refuted, weighed_again
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
+from fitting.diagnosis.next_run import next_run
 from fitting.diagnosis.other_contact import beside_a_pair, in_place_of_one_of_two
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
@@ -128,8 +129,8 @@ def diagnose(
         others_before=unmended.others,
         traces=_traces(problem, base.segments, held, seen_before, seen_after),
         cards={key: model.shelf.effects[key].card for key in mentioned},
-        next_experiment=advice(problem, model, found, bench),
-        notes=(*doubts, *notes(problem, found, named, where, held, chosen)),
+        next_experiment=advice(problem, model, found, bench, next_run(chosen, bench, found)),
+        notes=(*doubts, *notes(problem, found, named, where, held, chosen, shrunk)),
         steps=steps_taken(problem, model, found, base, held, chosen),
         sha256=dataset.sha256,
         settings=dataclasses.asdict(settings),

@@ -116,8 +116,9 @@ def normal(columns: Columns) -> tuple[np.ndarray, np.ndarray]:
     """J'r and J'J of every lane, what it has of its own last; no pull at all of a lane where they are no
     numbers."""
     jacobian = columns.jacobian
-    gradient = np.einsum("lrc,lr->lc", jacobian, columns.residual)
-    curvature = jacobian.transpose(0, 2, 1) @ jacobian
+    with np.errstate(over="ignore", invalid="ignore"):
+        gradient = np.einsum("lrc,lr->lc", jacobian, columns.residual)
+        curvature = jacobian.transpose(0, 2, 1) @ jacobian
     broken = ~(np.isfinite(gradient).all(1) & np.isfinite(curvature).all((1, 2)))
     gradient[broken], curvature[broken] = 0.0, np.eye(gradient.shape[1])
     return gradient, curvature

@@ -10,11 +10,13 @@ import numpy as np
 from fitting.diagnosis.attribute import LOST, Attribution
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import Chosen
+from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import Closure, Where
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.judge import Judgement
 from fitting.diagnosis.model import Model
+from fitting.diagnosis.next_run import MOST_TIMES, Proposal, rivals
 from fitting.diagnosis.repeatability import wander_of
 from fitting.diagnosis.shrink import LEAST_REDUCIBLE, NOTABLE_STEADINESS, Split
 from fitting.diagnosis.verdict import alternatives
@@ -27,6 +29,8 @@ LITTLE = 0.03
 """A smaller share of the gap is nothing."""
 SAME_GAP = 0.01
 """Gaps that differ by less than this share of them are the same."""
+LEFT_OVER, LEFT_ON_OTHERS = 1.5, 1.2
+"""A misfit, and a gap on what took no part, of more than so many times the floor is more than noise."""
 MUCH = 1.0
 """Friction that wanders by more than so many percent is part of the verdict."""
 
@@ -125,8 +129,11 @@ def _largest(parts: Mapping[str, float], count: int) -> list[tuple[str, float]]:
     return sorted(parts.items(), key=lambda part: -part[1])[:count]
 
 
-def advice(problem: Problem, model: Model, found: Attribution, bench: Bench) -> str | None:
-    """The experiment that would tell the two likeliest explanations apart; None where nothing is in doubt."""
+def advice(
+    problem: Problem, model: Model, found: Attribution, bench: Bench, proposal: Proposal | None
+) -> str | None:
+    """The experiment that would tell the two likeliest explanations apart; None where nothing is in doubt.
+    `proposal`: the run that would, where one was looked for."""
     judgement = found.judgement
     if judgement.verdict == "none":
         return None
@@ -136,14 +143,17 @@ def advice(problem: Problem, model: Model, found: Attribution, bench: Bench) -> 
         )
         apart = ", nor ".join(_listed(same) for same in judgement.same)
         return f"No record of the motion tells {apart} apart. {' '.join(remedies)}"
+    remedy = model.shelf.effects[judgement.named[0]].card.remedy if judgement.named else ""
+    open_ones = rivals(found)
+    if proposal is not None and open_ones is not None:
+        one, other = (" with ".join(e.keys) for e in open_ones)
+        return f"{proposed(proposal, one, other)} {remedy}"
     if judgement.verdict in ("effect", "several"):
-        return model.shelf.effects[judgement.named[0]].card.remedy
+        return remedy
     singles = [e for e in found.explanations if len(e.keys) == 1]
     if len(singles) < 2:
         return None
-    wanted = judgement.named[:2] if judgement.verdict == "ambiguous" else ()
-    pair = [e for e in singles if e.keys[0] in wanted] if wanted else singles[:2]
-    one, other = pair[0], pair[1]
+    one, other = open_ones or (singles[0], singles[1])
     difference = np.abs(other.refit.cost - one.refit.cost) / np.maximum(bench.dof(), 1)
     by_run = {n: float(difference[bench.run == n].mean()) for n in np.unique(bench.run)}
     run = problem.chosen[max(by_run, key=lambda n: by_run[n])].run
@@ -151,7 +161,23 @@ def advice(problem: Problem, model: Model, found: Attribution, bench: Bench) -> 
     first, second = one.keys[0], other.keys[0]
     return (
         f"{first} and {second} differ most in the regime of {regime}: record it again, "
-        f"longer and at twice the amplitude; {model.shelf.effects[first].card.remedy}"
+        f"longer and at twice the amplitude. {model.shelf.effects[first].card.remedy}"
+    )
+
+
+def proposed(proposal: Proposal, one: str, other: str) -> str:
+    """The run that would tell two explanations apart, or that none would."""
+    if not proposal.tells:
+        return (
+            f"No run of other frequency or amplitude near the recorded ones, nor up to {MOST_TIMES} times as "
+            f"long, would tell {one} from {other}."
+        )
+    plan, times = proposal.plan, proposal.times
+    size = f"{plan.amplitude:.3g} N of force" if plan.by_force else f"{1e3 * plan.amplitude:.3g} mm of base"
+    long = "as long as those recorded" if times == 1 else f"{times} times as long as those recorded"
+    return (
+        f"A run at {plan.frequency:.3g} Hz with {size} amplitude, {long}, would set {one} and {other} "
+        f"{proposal.separation:.2g} standard deviations apart ({proposal.so_far:.2g} so far)."
     )
 
 
@@ -162,6 +188,7 @@ def notes(
     where: Where,
     held: Split,
     contact: Chosen,
+    shrunk: Closure,
 ) -> tuple[str, ...]:
     """What weakens the verdict, and what has to be known to read it."""
     out = []
@@ -208,13 +235,25 @@ def notes(
             f"The gap stands only {where.significance:.1f} standard deviations above the noise, "
             "counted by segments."
         )
+    return (*out, *remainders(found, named, shrunk))
+
+
+def remainders(found: Attribution, named: Explanation | None, shrunk: Closure) -> list[str]:
+    """What is to be known where something is left beside what is named: in the records that were fitted or,
+    where nothing is left there, in those that took no part."""
+    if named is None:
+        return []
     best = min(e.refit.misfit for e in found.explanations) / found.floor
-    if best > 1.5 and found.judgement.verdict not in ("none", "unlisted"):
-        out.append(
-            f"What is named leaves a misfit of {best:.3g} times what no model can get below: something else "
-            "acts as well, or the effect has another shape than on the shelf."
-        )
-    return tuple(out)
+    why = "something else acts as well, or the effect has another shape than on the shelf."
+    if best > LEFT_OVER:
+        return [f"What is named leaves a misfit of {best:.3g} times what no model can get below: {why}"]
+    over = shrunk.after / shrunk.floor
+    if passes_for_noise(named.refit.misfit / found.floor) and over > LEFT_ON_OTHERS:
+        return [
+            f"What is named leaves next to nothing where it was fitted, but on {_held(shrunk)} that took no "
+            f"part {over:.3g} times what no model can get below: {why}"
+        ]
+    return []
 
 
 def stiller(named: Sequence[str], before: float, after: float) -> list[str]:

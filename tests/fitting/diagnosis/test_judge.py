@@ -39,6 +39,12 @@ def test_an_effect_that_closes_the_gap_is_named():
     assert found.effects[SHELF[0]] > 0.97
 
 
+def test_what_nobody_thought_of_is_off_the_shelf_rather_than_one_of_the_others():
+    found = judge(9.0, [account(0, 1.01), account(1, 4.0), account(2, 8.5)], SAMPLES, 1.5, SHELF)
+    others = [p for key, p in found.effects.items() if key not in (SHELF[0], "unlisted")]
+    assert found.effects["unlisted"] > 0.9 * sum(others) > 0
+
+
 def test_two_that_close_it_alike_are_left_open():
     found = judge(9.0, [account(0, 1.01), account(1, 1.0101), account(2, 8.5)], SAMPLES, 1.5, SHELF)
     assert found.verdict == "ambiguous"

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from fitting.diagnosis.judge import Judgement
-from fitting.diagnosis.words import refutation, sentence, stiller
+from fitting.diagnosis.words import refutation, remainders, sentence, stiller
 from jaxstick.catalogue import catalogue
 
 ONE, OTHER, ALIAS = "constant_force", "base_delay", "base_relative_damping"
@@ -92,3 +92,21 @@ def test_what_closes_nothing_is_said_to_and_why(diagnosis, closed, before, stead
 def test_what_other_runs_do_not_confirm_is_said_why(diagnosis, after, steadier, said):
     shrunk = dataclasses.replace(diagnosis.closure, before=3.91, after=after, steadier=steadier)
     assert said in refutation(("friction_drift",), shrunk)
+
+
+@pytest.mark.parametrize(
+    ("best", "after", "said"),
+    [
+        (1.02, 1.1, None),
+        (1.02, 1.3, "on runs that took no part 1.3 times what no model can get below"),
+        (1.3, 1.5, None),
+        (2.5, 1.3, "a misfit of 2.5 times what no model can get below"),
+    ],
+)
+def test_what_is_left_beside_what_is_named_is_said(diagnosis, best, after, said):
+    named: Any = types.SimpleNamespace(refit=types.SimpleNamespace(misfit=best))
+    found: Any = types.SimpleNamespace(explanations=[named], floor=1.0)
+    shrunk = dataclasses.replace(diagnosis.closure, after=after, floor=1.0, by_segments=False)
+    notes = remainders(found, named, shrunk)
+    assert (said is None and notes == []) or (said is not None and said in notes[0] and len(notes) == 1)
+    assert remainders(found, None, shrunk) == []

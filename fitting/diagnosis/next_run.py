@@ -1,0 +1,166 @@
+"""The run that would tell two explanations apart.
+
+Of runs that differ from the recorded ones in frequency and amplitude that one is proposed in which, were
+either explanation true, the other would leave the most once all that it has free is fitted to that run and to
+the records there are (T-optimality: Atkinson, Fedorov, Biometrika 62 (1975) 57; what is free moves as far as
+the linearised model says, and of the two cases the one counts that leaves less).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from fitting.diagnosis.attribute import Attribution
+from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.confidence import information, scores
+from fitting.diagnosis.contacts import Chosen
+from fitting.diagnosis.explanation import Explanation
+from fitting.diagnosis.ground import LEAD
+from fitting.diagnosis.judge import AMONG, pieces_of_evidence
+from fitting.diagnosis.laying import cut_in_step, lay, length
+from fitting.diagnosis.layout import Layout
+from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
+from fitting.diagnosis.planned import Plan, plans, recorded
+from fitting.diagnosis.refit import Refit
+from fitting.diagnosis.release import settled
+from fitting.diagnosis.verdict import alternatives
+from fitting.problem import Problem
+
+LANES = 10
+"""So many segments stand for a run, spread evenly over it."""
+LOST = 4.0
+"""A segment that costs so many times as much as the typical one of its run has lost an event, and says
+nothing."""
+TELLING = 3.3
+"""Explanations that lie so many standard deviations apart are taken for one another in one of twenty cases:
+where chance moves a record by more than half of that, 1.65."""
+MOST_TIMES = 20
+"""Nobody records a run so many times as long as the others."""
+
+
+class Proposal(NamedTuple):
+    """A run, how many times as long as the recorded ones it is to be, and by how many standard deviations two
+    explanations would then lie apart, in all records together; how far they do without it."""
+
+    plan: Plan
+    times: int
+    separation: float
+    so_far: float
+
+    @property
+    def tells(self) -> bool:
+        """Whether it would tell them apart, and can be recorded."""
+        return self.separation >= TELLING and self.times <= MOST_TIMES
+
+
+def next_run(chosen: Chosen, bench: Bench, found: Attribution) -> Proposal | None:
+    """The run that would tell the two explanations apart that a verdict leaves open (`rivals`), fitted on
+    this bench; None where it leaves none open, and where no sine drives the rig."""
+    two, tried = rivals(found), plans(chosen.problem)
+    if two is None or not tried:
+        return None
+    one, other = two
+    unit = _unit(found, one)
+    either = [
+        left(chosen, bench, tried, true.refit, rival.refit) for true, rival in ((one, other), (other, one))
+    ]
+    gained = np.minimum(*either) / unit
+    best = int(np.argmax(gained))
+    known = max(float(np.sum(other.refit.cost - one.refit.cost)), 0.0) / unit
+    times = max(1, math.ceil((TELLING**2 - known) / max(float(gained[best]), 1e-9)))
+    separation = math.sqrt(known + times * float(gained[best]))
+    return Proposal(tried[best], times, separation, math.sqrt(known))
+
+
+def rivals(found: Attribution) -> tuple[Explanation, Explanation] | None:
+    """The two explanations that a verdict leaves open, the likelier first: the first two effects of those
+    that cannot be told apart, or two effects and what is as likely with another in the place of one of them.
+    None where nothing is open, or where no record could tell them apart."""
+    judgement = found.judgement
+    if judgement.verdict == "ambiguous" and not judgement.same:
+        wanted = [{judgement.named[0]}, {judgement.named[1]}]
+    elif judgement.verdict == "several" and not judgement.same:
+        instead = alternatives(judgement.explanations, judgement.taken)
+        if not instead:
+            return None
+        key, gone = next(iter(instead.items()))
+        wanted = [{*judgement.taken}, {*judgement.taken} - {gone} | {key}]
+    else:
+        return None
+    one, other = (next(e for e in found.explanations if {*e.keys} == keys) for keys in wanted)
+    return one, other
+
+
+def _unit(found: Attribution, best: Explanation) -> float:
+    """How much of chi-square is one independent piece of evidence, as explanations are judged."""
+    against = found.yardstick
+    least = max(best.refit.misfit / against.floor, 1.0)
+    pieces = pieces_of_evidence(least, against.samples, max(against.inflation, AMONG))
+    return least * against.samples / pieces
+
+
+def _laid(problem: Problem, substeps: int) -> tuple[Bench, np.ndarray]:
+    """The runs of a problem as a bench of a few lanes each, and for how many lanes each of these stands."""
+    samples = length(problem)
+    segments, phases = cut_in_step(problem.chosen, samples)
+    run = np.array([segment.run for segment in segments])
+    kept, stands_for = [], []
+    for number in np.unique(run):
+        mine = np.flatnonzero(run == number)
+        some = np.unique(np.linspace(0, len(mine) - 1, LANES).round().astype(int))
+        kept += mine[some].tolist()
+        stands_for += [len(mine) / len(some)] * len(some)
+    bench = lay(
+        problem,
+        [segments[place] for place in kept],
+        [phases[place] for place in kept],
+        substeps,
+        samples,
+        samples // LEAD,
+    )
+    return bench, np.array(stands_for)
+
+
+def left(chosen: Chosen, bench: Bench, tried: Sequence[Plan], true: Refit, rival: Refit) -> np.ndarray:
+    """How much a rival, fitted on the bench, leaves of every planned run (chi-square), were another fit true,
+    once what it has free has followed that run as far as the bench lets it."""
+    records = recorded(chosen.problem, chosen.model, true, tried)
+    problem = dataclasses.replace(chosen.problem, signals=records, chosen=records)
+    planned, stands_for = _laid(problem, bench.lanes.substeps)
+    model, scatter = chosen.model, chosen.ground.scatter
+    typical = rival.point.by_run[np.unique(bench.run)].mean(0)
+    typical[0] = 0.0
+    point = dataclasses.replace(
+        rival.point, by_run=np.tile(typical, (planned.runs, 1)), own=np.asarray(planned.lanes.start)
+    )
+    point = dataclasses.replace(point, own=settled(model, planned, point)[0])
+    if scatter is not None:
+        planned = scatter.evened(model, planned, point)
+    seen = scores(model, planned, point, rival.free)
+    of_run = np.concatenate([[True], np.isin(rival.free, model.by_run)])
+    _, _, curvature = model.prior(point.coordinates[rival.free], rival.free)
+    held = np.diag(np.concatenate([[LEVEL_TOLERANCE**-2.0], curvature]))
+    held[np.ix_(~of_run, ~of_run)] = _known(model, bench, rival)
+    out = []
+    for number in range(planned.runs):
+        mine = np.flatnonzero(planned.run == number)
+        share = seen.cost[mine] / planned.dof()[mine] + 1.0
+        mine = mine[share < LOST * np.median(share[np.isfinite(share)])]
+        weight, pull, curvature = stands_for[mine], seen.gradient[mine], seen.curvature[mine]
+        pull, curvature = weight @ pull, np.einsum("l,lcd->cd", weight, curvature)
+        followed = pull @ np.linalg.solve(curvature + held, pull)
+        out.append(max(float(weight @ seen.cost[mine] - followed), 0.0))
+    return np.array(out)
+
+
+def _known(model: Model, bench: Bench, fit: Refit) -> np.ndarray:
+    """What a bench tells of the unknowns that all its runs share (curvature of chi-square/2), whatever every
+    run has of its own."""
+    layout = Layout.of(model, bench, fit.free)
+    shared = slice(0, len(layout.shared))
+    return np.linalg.inv(np.linalg.inv(information(model, bench, fit))[shared, shared])
