@@ -111,6 +111,7 @@ def diagnose(
     listed = candidates(model, found)
     progress.advance()
     judgement = found.judgement
+    proposal = next_run(chosen, bench, found)
     mentioned = dict.fromkeys((*judgement.named, *(key for c in listed[:4] for key in c.keys)))
     return Diagnosis(
         verdict=judgement.verdict,
@@ -129,7 +130,8 @@ def diagnose(
         others_before=unmended.others,
         traces=_traces(problem, base.segments, held, seen_before, seen_after),
         cards={key: model.shelf.effects[key].card for key in mentioned},
-        next_experiment=advice(problem, model, found, bench, next_run(chosen, bench, found)),
+        next_experiment=advice(problem, model, found, bench, proposal),
+        next_run=proposal,
         notes=(*doubts, *notes(problem, found, named, where, held, chosen, shrunk)),
         steps=steps_taken(problem, model, found, base, held, chosen),
         sha256=dataset.sha256,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,12 @@ from jaxstick.effect import Card
 
 Verdict = Literal["none", "effect", "several", "ambiguous", "unlisted"]
 Shares = Mapping[str, float]
+
+TELLING = 3.3
+"""Explanations that lie so many standard deviations apart are taken for one another in one of twenty cases:
+where chance moves a record by more than half of that, 1.65."""
+MOST_TIMES = 20
+"""Nobody records a run so many times as long as the others."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -142,6 +148,31 @@ class Closure:
     steadier: float = 0.0
 
 
+class Plan(NamedTuple):
+    """A run that might be recorded: frequency [Hz] and amplitude of the base [m] or, where a force drives the
+    rig, of that [N]."""
+
+    frequency: float
+    amplitude: float
+    by_force: bool
+
+
+class Proposal(NamedTuple):
+    """A run that would tell two explanations apart, how many times as long as the recorded ones it is to be,
+    and by how many standard deviations they would then lie apart, in all records together; how far they do
+    without it."""
+
+    plan: Plan
+    times: int
+    separation: float
+    so_far: float
+
+    @property
+    def tells(self) -> bool:
+        """Whether it would tell them apart, and can be recorded."""
+        return self.separation >= TELLING and self.times <= MOST_TIMES
+
+
 @dataclasses.dataclass(frozen=True)
 class Trace:
     """One run for pictures: what was measured, and the model before and after, piecewise with free starts.
@@ -192,7 +223,8 @@ class Diagnosis:
     it out. `correction` is the model with the named effects, as fitted to everything there is; None where
     nothing is named. `limits`: what these records could have shown of every effect of the shelf. `others` and
     `others_before` are what was free within its tolerance besides the constants (rig.mass and the like), with
-    and without the named effects. `yardstick`: what the candidates' misfits were judged against.
+    and without the named effects. `yardstick`: what the candidates' misfits were judged against. `next_run`:
+    the run that would tell apart what the verdict leaves open; None where that is nothing that a run could.
     """
 
     verdict: Verdict
@@ -221,3 +253,4 @@ class Diagnosis:
     limits: tuple[Limit, ...] = ()
     others: tuple[Constant, ...] = ()
     others_before: tuple[Constant, ...] = ()
+    next_run: Proposal | None = None

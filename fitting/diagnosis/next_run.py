@@ -11,7 +11,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,12 +19,13 @@ from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.confidence import information, scores
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.explanation import Explanation
+from fitting.diagnosis.findings import TELLING, Plan, Proposal
 from fitting.diagnosis.ground import LEAD
 from fitting.diagnosis.judge import AMONG, pieces_of_evidence
 from fitting.diagnosis.laying import cut_in_step, lay, length
 from fitting.diagnosis.layout import Layout
 from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
-from fitting.diagnosis.planned import Plan, plans, recorded
+from fitting.diagnosis.planned import plans, recorded
 from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.release import settled
 from fitting.diagnosis.verdict import alternatives
@@ -36,26 +36,6 @@ LANES = 10
 LOST = 4.0
 """A segment that costs so many times as much as the typical one of its run has lost an event, and says
 nothing."""
-TELLING = 3.3
-"""Explanations that lie so many standard deviations apart are taken for one another in one of twenty cases:
-where chance moves a record by more than half of that, 1.65."""
-MOST_TIMES = 20
-"""Nobody records a run so many times as long as the others."""
-
-
-class Proposal(NamedTuple):
-    """A run, how many times as long as the recorded ones it is to be, and by how many standard deviations two
-    explanations would then lie apart, in all records together; how far they do without it."""
-
-    plan: Plan
-    times: int
-    separation: float
-    so_far: float
-
-    @property
-    def tells(self) -> bool:
-        """Whether it would tell them apart, and can be recorded."""
-        return self.separation >= TELLING and self.times <= MOST_TIMES
 
 
 def next_run(chosen: Chosen, bench: Bench, found: Attribution) -> Proposal | None:

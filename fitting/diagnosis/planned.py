@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import equinox as eqx
 import numpy as np
 
 from fitting.cycle import samples_a_cycle
+from fitting.diagnosis.findings import Plan
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit
 from fitting.problem import Problem
@@ -31,20 +31,6 @@ SAMPLES = 20.0
 """A run holds so many cycles at least, and a cycle so many samples."""
 SETTLING = 12.0
 """Natural periods, or cycles where these are longer, that a run has behind it when its record begins."""
-
-
-class Plan(NamedTuple):
-    """A run that might be recorded: frequency [Hz] and amplitude of the base [m] or, where a force drives the
-    rig, of that [N]."""
-
-    frequency: float
-    amplitude: float
-    by_force: bool
-
-    def drive(self) -> SineDrive:
-        if self.by_force:
-            return SineDrive(self.frequency, force_amplitude=self.amplitude)
-        return SineDrive(self.frequency, self.amplitude)
 
 
 def plans(problem: Problem) -> list[Plan]:
@@ -128,4 +114,6 @@ def recorded(problem: Problem, model: Model, fit: Refit, tried: Sequence[Plan]) 
 
 
 def _driven(hypothesis: Hypothesis, plan: Plan) -> Oscillator:
-    return eqx.tree_at(lambda whole: whole.nominal.drive, hypothesis, plan.drive()).oscillator()
+    sizes = {"force_amplitude" if plan.by_force else "base_amplitude": plan.amplitude}
+    drive = SineDrive(plan.frequency, **sizes)
+    return eqx.tree_at(lambda whole: whole.nominal.drive, hypothesis, drive).oscillator()

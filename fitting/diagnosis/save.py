@@ -7,7 +7,16 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from fitting.corrected_rig import Entry, entries, save_corrected
-from fitting.diagnosis.findings import Candidate, Diagnosis, Likeness, Limit, Parameter, Shares, Where
+from fitting.diagnosis.findings import (
+    Candidate,
+    Diagnosis,
+    Likeness,
+    Limit,
+    Parameter,
+    Proposal,
+    Shares,
+    Where,
+)
 from fitting.save import constant_entries
 from jaxstick.output import OutputFolder
 from jaxstick.record import DataSet
@@ -95,6 +104,7 @@ def diagnosis_content(diagnosis: Diagnosis, dataset: DataSet) -> dict[str, Any]:
         "others": constant_entries(diagnosis.others),
         "others_before": constant_entries(diagnosis.others_before),
         "next_experiment": diagnosis.next_experiment,
+        "next_run": _proposal(diagnosis.next_run),
         "candidates": [_candidate(candidate) for candidate in diagnosis.candidates],
         "yardstick": dataclasses.asdict(diagnosis.yardstick),
         "likeness": [_likeness(pair) for pair in diagnosis.likeness],
@@ -168,6 +178,21 @@ def _limits(limits: Iterable[Limit]) -> dict[str, dict[str, Any]]:
         effect = found.setdefault(limit.effect, {"strengths": {}, **alike})
         effect["strengths"][limit.strength] = {"limit": limit.value, "unit": limit.unit}
     return found
+
+
+def _proposal(proposal: Proposal | None) -> dict[str, Any] | None:
+    if proposal is None:
+        return None
+    plan = proposal.plan
+    size = {"force_amplitude_n": plan.amplitude} if plan.by_force else {"base_amplitude_m": plan.amplitude}
+    return {
+        "frequency_hz": plan.frequency,
+        **size,
+        "times_as_long": proposal.times,
+        "separation": proposal.separation,
+        "separation_so_far": proposal.so_far,
+        "tells_apart": proposal.tells,
+    }
 
 
 def _likeness(pair: Likeness) -> dict[str, Any]:

@@ -12,11 +12,11 @@ from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.explanation import Explanation
-from fitting.diagnosis.findings import Closure, Where
+from fitting.diagnosis.findings import MOST_TIMES, Closure, Proposal, Where
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.judge import Judgement
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.next_run import MOST_TIMES, Proposal, rivals
+from fitting.diagnosis.next_run import rivals
 from fitting.diagnosis.repeatability import wander_of
 from fitting.diagnosis.shrink import LEAST_REDUCIBLE, NOTABLE_STEADINESS, Split
 from fitting.diagnosis.verdict import alternatives
@@ -147,7 +147,7 @@ def advice(
     open_ones = rivals(found)
     if proposal is not None and open_ones is not None:
         one, other = (" with ".join(e.keys) for e in open_ones)
-        return f"{proposed(proposal, one, other)} {remedy}"
+        return f"{proposed(proposal, one, other)}; {remedy[:1].lower()}{remedy[1:]}"
     if judgement.verdict in ("effect", "several"):
         return remedy
     singles = [e for e in found.explanations if len(e.keys) == 1]
@@ -161,7 +161,7 @@ def advice(
     first, second = one.keys[0], other.keys[0]
     return (
         f"{first} and {second} differ most in the regime of {regime}: record it again, "
-        f"longer and at twice the amplitude. {model.shelf.effects[first].card.remedy}"
+        f"longer and at twice the amplitude; {model.shelf.effects[first].card.remedy}"
     )
 
 
@@ -170,14 +170,14 @@ def proposed(proposal: Proposal, one: str, other: str) -> str:
     if not proposal.tells:
         return (
             f"No run of other frequency or amplitude near the recorded ones, nor up to {MOST_TIMES} times as "
-            f"long, would tell {one} from {other}."
+            f"long, would tell {one} from {other}"
         )
     plan, times = proposal.plan, proposal.times
     size = f"{plan.amplitude:.3g} N of force" if plan.by_force else f"{1e3 * plan.amplitude:.3g} mm of base"
     long = "as long as those recorded" if times == 1 else f"{times} times as long as those recorded"
     return (
         f"A run at {plan.frequency:.3g} Hz with {size} amplitude, {long}, would set {one} and {other} "
-        f"{proposal.separation:.2g} standard deviations apart ({proposal.so_far:.2g} so far)."
+        f"{proposal.separation:.2g} standard deviations apart ({proposal.so_far:.2g} so far)"
     )
 
 

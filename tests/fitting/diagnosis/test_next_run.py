@@ -12,10 +12,11 @@ import pytest
 
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contacts import Chosen
+from fitting.diagnosis.findings import MOST_TIMES, TELLING, Plan, Proposal
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.judge import Judgement
-from fitting.diagnosis.next_run import MOST_TIMES, TELLING, Proposal, left, rivals
-from fitting.diagnosis.planned import AMPLITUDES, BEYOND, CYCLES, Plan, plans, recorded
+from fitting.diagnosis.next_run import left, rivals
+from fitting.diagnosis.planned import AMPLITUDES, BEYOND, CYCLES, plans, recorded
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import all_settled
 from fitting.diagnosis.wander import LEAST, OWN, START
@@ -161,7 +162,7 @@ def test_a_run_is_proposed_in_words():
     plan = Plan(1.25, 4.3e-3, by_force=False)
     said = proposed(Proposal(plan, 1, 5.1, 1.2), "a", "b")
     assert said.startswith("A run at 1.25 Hz with 4.3 mm of base amplitude, as long as those recorded,")
-    assert said.endswith("would set a and b 5.1 standard deviations apart (1.2 so far).")
+    assert said.endswith("would set a and b 5.1 standard deviations apart (1.2 so far)")
     by_force = proposed(Proposal(Plan(2.0, 9.0, by_force=True), 3, TELLING, 0.0), "a", "b")
     assert "with 9 N of force amplitude, 3 times as long as those recorded," in by_force
     for far in (Proposal(plan, MOST_TIMES + 1, 3.4, 0.0), Proposal(plan, 1, TELLING - 0.1, 0.0)):

@@ -7,6 +7,7 @@ import json
 
 import pytest
 
+from fitting.diagnosis.findings import Plan, Proposal
 from fitting.diagnosis.save import closed_by, diagnosis_content, save_diagnosis
 from jaxstick.catalogue import catalogue
 from jaxstick.output import OutputFolder, to_json
@@ -144,6 +145,21 @@ def test_numbers_that_are_not_finite_are_null(diagnosis, dataset):
     assert content["gap"]["closed"] is None and content["gap"]["closed_interval"] == [None, None]
     assert content["effects"] == {} and content["next_experiment"] is None and content["named"] == []
     assert content["gap"]["assumed"] == 14.2
+
+
+@pytest.mark.parametrize("by_force", [False, True])
+def test_the_run_that_would_tell_two_explanations_apart(diagnosis, dataset, by_force):
+    assert diagnosis_content(diagnosis, dataset)["next_run"] is None
+    open_one = dataclasses.replace(diagnosis, next_run=Proposal(Plan(1.5, 4e-3, by_force), 2, 3.6, 1.1))
+    found = diagnosis_content(open_one, dataset)["next_run"]
+    assert found.pop("force_amplitude_n" if by_force else "base_amplitude_m") == 4e-3
+    assert found == {
+        "frequency_hz": 1.5,
+        "times_as_long": 2,
+        "separation": 3.6,
+        "separation_so_far": 1.1,
+        "tells_apart": True,
+    }
 
 
 def test_the_share_that_one_of_several_closes(diagnosis):
