@@ -16,7 +16,7 @@ import numpy as np
 
 from fitting.diagnosis.attribute import Attribution
 from fitting.diagnosis.bench import Bench
-from fitting.diagnosis.confidence import information, scores
+from fitting.diagnosis.confidence import Scores, information, scores
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import TELLING, Plan, Proposal
@@ -30,6 +30,7 @@ from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.release import settled
 from fitting.diagnosis.verdict import alternatives
 from fitting.problem import Problem
+from jaxstick.errors import UserError
 
 LANES = 10
 """So many segments stand for a run, spread evenly over it."""
@@ -40,15 +41,20 @@ nothing."""
 
 def next_run(chosen: Chosen, bench: Bench, found: Attribution) -> Proposal | None:
     """The run that would tell the two explanations apart that a verdict leaves open (`rivals`), fitted on
-    this bench; None where it leaves none open, and where no sine drives the rig."""
+    this bench; None where it leaves none open, where no sine drives the rig, and where the contact is too
+    stiff for so many runs to be simulated."""
     two, tried = rivals(found), plans(chosen.problem)
     if two is None or not tried:
         return None
     one, other = two
     unit = _unit(found, one)
-    either = [
-        left(chosen, bench, tried, true.refit, rival.refit) for true, rival in ((one, other), (other, one))
-    ]
+    try:
+        either = [
+            left(chosen, bench, tried, true.refit, rival.refit)
+            for true, rival in ((one, other), (other, one))
+        ]
+    except UserError:
+        return None
     gained = np.minimum(*either) / unit
     best = int(np.argmax(gained))
     known = max(float(np.sum(other.refit.cost - one.refit.cost)), 0.0) / unit
@@ -60,20 +66,19 @@ def next_run(chosen: Chosen, bench: Bench, found: Attribution) -> Proposal | Non
 def rivals(found: Attribution) -> tuple[Explanation, Explanation] | None:
     """The two explanations that a verdict leaves open, the likelier first: the first two effects of those
     that cannot be told apart, or two effects and what is as likely with another in the place of one of them.
-    None where nothing is open, or where no record could tell them apart."""
+    None where nothing is open, where no record could tell them apart, and where one was not refitted."""
     judgement = found.judgement
-    if judgement.verdict == "ambiguous" and not judgement.same:
-        wanted = [{judgement.named[0]}, {judgement.named[1]}]
-    elif judgement.verdict == "several" and not judgement.same:
-        instead = alternatives(judgement.explanations, judgement.taken)
-        if not instead:
-            return None
-        key, gone = next(iter(instead.items()))
-        wanted = [{*judgement.taken}, {*judgement.taken} - {gone} | {key}]
-    else:
+    if judgement.same or judgement.verdict not in ("ambiguous", "several"):
         return None
-    one, other = (next(e for e in found.explanations if {*e.keys} == keys) for keys in wanted)
-    return one, other
+    if judgement.verdict == "ambiguous":
+        one, other = ({name} for name in judgement.named[:2])
+    else:
+        one = {*judgement.taken}
+        instead = alternatives(judgement.explanations, judgement.taken)
+        other = next((one - {gone} | {key} for key, gone in instead.items()), set[str]())
+    refitted = {frozenset(e.keys): e for e in found.explanations}
+    pair = refitted.get(frozenset(one)), refitted.get(frozenset(other))
+    return None if pair[0] is None or pair[1] is None else (pair[0], pair[1])
 
 
 def _unit(found: Attribution, best: Explanation) -> float:
@@ -122,25 +127,40 @@ def left(chosen: Chosen, bench: Bench, tried: Sequence[Plan], true: Refit, rival
     if scatter is not None:
         planned = scatter.evened(model, planned, point)
     seen = scores(model, planned, point, rival.free)
-    of_run = np.concatenate([[True], np.isin(rival.free, model.by_run)])
-    _, _, curvature = model.prior(point.coordinates[rival.free], rival.free)
-    held = np.diag(np.concatenate([[LEVEL_TOLERANCE**-2.0], curvature]))
-    held[np.ix_(~of_run, ~of_run)] = _known(model, bench, rival)
-    out = []
-    for number in range(planned.runs):
-        mine = np.flatnonzero(planned.run == number)
-        share = seen.cost[mine] / planned.dof()[mine] + 1.0
-        mine = mine[share < LOST * np.median(share[np.isfinite(share)])]
-        weight, pull, curvature = stands_for[mine], seen.gradient[mine], seen.curvature[mine]
-        pull, curvature = weight @ pull, np.einsum("l,lcd->cd", weight, curvature)
-        followed = pull @ np.linalg.solve(curvature + held, pull)
-        out.append(max(float(weight @ seen.cost[mine] - followed), 0.0))
-    return np.array(out)
+    held = _held(model, bench, rival)
+    return np.array(
+        [
+            _once_followed(seen, np.flatnonzero(planned.run == number), planned.dof(), stands_for, held)
+            for number in range(planned.runs)
+        ]
+    )
+
+
+def _once_followed(
+    seen: Scores, lanes: np.ndarray, dof: np.ndarray, stands_for: np.ndarray, held: np.ndarray
+) -> float:
+    """What the lanes of one run still cost once level and free unknowns, held by `held`, have followed them:
+    r'r - r'J (J'J + held)^-1 J'r."""
+    share = np.nan_to_num(seen.cost[lanes] / dof[lanes] + 1.0, nan=np.inf)
+    lanes = lanes[share < LOST * np.median(share)]
+    weight = stands_for[lanes]
+    pull, curvature = weight @ seen.gradient[lanes], np.einsum("l,lcd->cd", weight, seen.curvature[lanes])
+    followed = pull @ np.linalg.solve(curvature + held, pull)
+    return max(float(np.nan_to_num(weight @ seen.cost[lanes] - followed)), 0.0)
+
+
+def _held(model: Model, bench: Bench, fit: Refit) -> np.ndarray:
+    """How closely level and free unknowns are held in another run (curvature of chi-square/2): what all runs
+    share by the bench, what every run has of its own by its prior."""
+    of_run = np.concatenate([[True], np.isin(fit.free, model.by_run)])
+    _, _, prior = model.prior(fit.point.coordinates[fit.free], fit.free)
+    held = np.diag(np.concatenate([[LEVEL_TOLERANCE**-2.0], prior]))
+    held[np.ix_(~of_run, ~of_run)] = _known(model, bench, fit)
+    return held
 
 
 def _known(model: Model, bench: Bench, fit: Refit) -> np.ndarray:
-    """What a bench tells of the unknowns that all its runs share (curvature of chi-square/2), whatever every
-    run has of its own."""
+    """What a bench tells of the unknowns that all its runs share, whatever every run has of its own."""
     layout = Layout.of(model, bench, fit.free)
     shared = slice(0, len(layout.shared))
     return np.linalg.inv(np.linalg.inv(information(model, bench, fit))[shared, shared])

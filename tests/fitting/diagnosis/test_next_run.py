@@ -145,6 +145,7 @@ def test_what_a_rival_would_leave_is_what_it_does_leave_once_that_is_recorded():
         ("ambiguous", {"a": 0.5, "b": 0.4}, ("a", "b"), {("a",): ("b",)}, None),
         ("several", {"a+b": 0.5, "c+a": 0.48, "a": 0.01}, ("a", "b", "c"), {}, [("a", "b"), ("c", "a")]),
         ("several", {"a+b": 0.9, "c+a": 0.01}, ("a", "b"), {}, None),
+        ("ambiguous", {"a": 0.5, "b": 0.4}, ("a", "never refitted"), {}, None),
         ("effect", {"a": 0.9, "b": 0.01}, ("a",), {}, None),
         ("none", {"a": 0.1}, (), {}, None),
     ],
