@@ -108,7 +108,7 @@ def draw_case(settings: Settings, number: int, assignment: Assignment) -> tuple[
             break
     assert best is not None
     _, recipe, scales, sized = best
-    recipe = _settled_drive(replace(recipe, effects=tuple(one.chosen for one in sized)))
+    recipe = settled_drive(replace(recipe, effects=tuple(one.chosen for one in sized)))
     return recipe, _answer(settings, assignment, recipe, scales, sized)
 
 
@@ -120,7 +120,7 @@ def _versions(assignment: Assignment, random: np.random.Generator) -> list[str]:
     return [assignment.tier for _ in assignment.keys]
 
 
-def _settled_drive(recipe: Recipe) -> Recipe:
+def settled_drive(recipe: Recipe) -> Recipe:
     """Where the base is not recorded, the drive that is stated has phase 0 at the first sample."""
     if recipe.base is not None:
         return recipe
