@@ -24,6 +24,7 @@ from fitting.diagnosis.credit import credited
 from fitting.diagnosis.findings import Verdict
 from fitting.diagnosis.one_class import Classes, shared
 from fitting.diagnosis.second import Alone
+from fitting.diagnosis.single import AMONG, Single, singly
 from fitting.diagnosis.verdict import NONE, UNLISTED, verdict_of
 
 MISSPECIFIED = 12.0
@@ -33,10 +34,10 @@ NESTED = 1.7
 """So many times as many where two effects are compared with one of the two: what that one's shape lacks is in
 both and tells them apart no less."""
 LEAST_INFLATION = 3.0
-"""Scores vary at least so many times as much as white noise says: the integrator's own error sees to that;"""
-AMONG = 30.0
-"""and so many times, where two single effects are compared: which of two similar ones leaves less depends on
-how sensors and converters round, too. In sealed cases a wrong one had left 0.956, the right one 0.972."""
+"""Scores vary at least so many times as much as white noise says: the integrator's own error sees to that."""
+NOISE_KNOWN = 0.05
+"""Chi-square per degree of freedom may lie so much above 1 because the noise is not known better: as little
+is no bias that tells of a wrong model, where effects are compared with none."""
 FLOOR = 0.2
 """How far above the noise the nominal model may stay where nothing else acts: the noise is estimated,
 and sensors and sampling have ways of their own."""
@@ -125,6 +126,7 @@ def judge(
     nominal, best = nominal / noise, best / noise
     pieces = pieces_of_evidence(best, samples, inflation)
     among = pieces_of_evidence(best, samples, max(inflation, AMONG))
+    surely = pieces_of_evidence(max(best - NOISE_KNOWN, 1.0), samples, inflation)
     excess = max(nominal - 1.0, 0.0)
     alone = Alone.of(accounts, nominal)
 
@@ -137,6 +139,9 @@ def judge(
     def weight(misfit: float, price: float, prior: float) -> float:
         return evidence(misfit, SOFT * excess, pieces) - price + math.log(prior)
 
+    def behind(misfit: float, pieces: float) -> float:
+        return -beyond_one(misfit, SOFT * excess, pieces)
+
     floor = float(np.interp(nominal, *UNLISTED_FLOOR))
     unlisted = floor + UNLISTED_SHARE * max(nominal - floor, 0.0)
     names = [NONE, UNLISTED]
@@ -146,20 +151,29 @@ def judge(
     listed = (steady[account.keys] for account in accounts if len(account.keys) == 1)
     steady[anything.keys] = (1 - lacking) * max(listed, default=0.0)
     logs = [
-        weight(nominal, 0, PRIOR[NONE]) - 0.5 * (excess / FLOOR) ** 2,
+        weight(alone.best, 0, PRIOR[NONE]) - behind(nominal, surely) - 0.5 * (excess / FLOOR) ** 2,
         weight(unlisted, anything.price(pieces) - steady[anything.keys], PRIOR[UNLISTED]),
     ]
+    prices = {account.keys: account.price(pieces) - steady[account.keys] for account in accounts}
+    singles = singly(
+        {
+            account.keys: Single(
+                prices[account.keys], behind(account.misfit, surely), behind(account.misfit, among)
+            )
+            for account in accounts
+            if len(account.keys) == 1
+        },
+        behind(nominal, surely),
+    )
     pairs = max(len(shelf) * (len(shelf) - 1) / 2, 1)
     for account in accounts:
         names.append("+".join(account.keys))
-        price = account.price(pieces) - steady[account.keys]
-        if len(account.keys) == 1:
-            prior, more = PRIOR["single"] / len(shelf), beyond_one(account.misfit, SOFT * excess, among)
-        elif alone.makes_needless(account):
-            prior, more = PRIOR["pair"] / pairs, 0.0
-        else:
-            prior, more = PRIOR["pair"] / pairs, NESTED * beyond_one(account.misfit, alone.soft, pieces)
-        logs.append(weight(alone.best, price, prior) + more)
+        if account.keys in singles:
+            logs.append(weight(alone.best, 0, PRIOR["single"] / len(shelf)) + singles[account.keys])
+            continue
+        needless = alone.makes_needless(account)
+        more = 0.0 if needless else NESTED * beyond_one(account.misfit, alone.soft, pieces)
+        logs.append(weight(alone.best, prices[account.keys], PRIOR["pair"] / pairs) + more)
     logs = _levelled(names, logs, accounts, ALIKE * excess, aliases or {})
     untried = [key for key in shelf if (key,) not in steady]
     names, logs = [*names, *untried], [*logs, *[-math.inf] * len(untried)]

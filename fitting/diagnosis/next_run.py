@@ -21,13 +21,14 @@ from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import TELLING, Plan, Proposal
 from fitting.diagnosis.ground import LEAD
-from fitting.diagnosis.judge import AMONG, pieces_of_evidence
+from fitting.diagnosis.judge import pieces_of_evidence
 from fitting.diagnosis.laying import cut_in_step, lay, length
 from fitting.diagnosis.layout import Layout
 from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
 from fitting.diagnosis.planned import plans, recorded
 from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.release import settled
+from fitting.diagnosis.single import AMONG
 from fitting.diagnosis.verdict import alternatives
 from fitting.problem import Problem
 from jaxstick.errors import UserError

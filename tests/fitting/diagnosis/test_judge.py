@@ -59,6 +59,21 @@ def test_two_that_differ_by_less_than_instruments_do_are_left_open_yet_told_from
     assert slight.verdict == "effect" and slight.effects["none"] < 0.1
 
 
+@pytest.mark.parametrize("level", [0.95, 1.0, 1.03])
+def test_a_weak_effect_is_named_however_well_the_noise_is_known(level):
+    """It takes away nearly all that any does, and the others hardly anything."""
+    left = [account(0, 1.0 * level, 2), account(1, 1.0123 * level, 3), account(2, 1.012 * level)]
+    found = judge(1.013 * level, left, SAMPLES / 2, 1.3, SHELF)
+    assert (found.verdict, found.named) == ("effect", (SHELF[0],))
+
+
+def test_no_effect_is_named_for_the_evidence_of_a_better_one_that_costs_more():
+    left = [account(0, 1.015, 3), account(1, 1.0188), *(account(n, 1.0192) for n in range(2, 8))]
+    found = judge(1.0216, left, SAMPLES / 2, 1.0, SHELF)
+    assert found.verdict == "none"
+    assert sum(found.effects[key] for key in SHELF) < 0.3
+
+
 def test_a_gap_that_nothing_closes_is_unlisted():
     found = judge(50.0, [account(0, 35.0), account(1, 40.0, 2)], SAMPLES, 20.0, SHELF)
     assert found.verdict == "unlisted"
@@ -152,7 +167,7 @@ def test_what_is_off_the_shelf_is_no_steadier_for_what_two_do():
 
 def test_scatter_hides_what_else_would_be_told():
     """It takes nothing away from an effect that closes a large gap; the verdicts stay."""
-    small = [account(0, 1.01), account(1, 1.015)]
+    small = [account(0, 1.019), account(1, 1.0195)]
     for nominal, accounts, least in ((1.02, small, 0.15), (1.2, [account(0, 1.0)], 0.3)):
         still = judge(nominal, accounts, SAMPLES, 2.0, SHELF)
         found = judge(nominal, accounts, SAMPLES, 2.0, SHELF, scatters=True)
@@ -182,7 +197,7 @@ def test_two_that_leave_more_than_one_of_them_are_not_named_for_steadier_frictio
 
 def test_segments_that_go_astray_are_not_nothing():
     """What effects are likely to be stays; where one is named, nothing changes."""
-    found = judge(1.02, [account(0, 1.01), account(1, 1.015)], SAMPLES, 2.0, SHELF)
+    found = judge(1.02, [account(0, 1.019), account(1, 1.0195)], SAMPLES, 2.0, SHELF)
     doubted = astray(found)
     assert (found.verdict, doubted.verdict) == ("none", "unlisted")
     assert sum(doubted.explanations.values()) == pytest.approx(1.0)
