@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.laying import cut_in_step, divided, lay, length
+from fitting.diagnosis.laying import LEAD, cut_in_step, divided, lay, length
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import ITERATIONS, Refit, job, misfit_of, refit
 from fitting.diagnosis.release import all_settled, settled
@@ -22,8 +22,6 @@ from fitting.stage import steps
 
 UNITS = 4
 """Lanes are this many shortest segments long."""
-LEAD = 4
-"""A lane begins one so-manieth of its length before its samples count."""
 FEW, MORE = 48, 192
 """The search begins on so many of the shortest segments, spread evenly; its best points go on on more."""
 SEARCH, FINALISTS, REFINED = 25, 3, 15

@@ -20,6 +20,8 @@ from fitting.signals import Signals
 
 REMNANT = 0.25
 """What is left of a run after its last whole segment and is shorter than this share of one goes with it."""
+LEAD = 4
+"""A lane begins one so-manieth of its length before its samples count."""
 LENGTHS = (48, 96, 192, 384, 768)
 """Numbers of samples in a lane, the one nearest to a natural period is taken."""
 MISREAD = 0.2
@@ -99,6 +101,12 @@ def lay(
     wanders = any(signal.run.friction is not None for signal in problem.chosen)
     share = _share(lanes, plain)
     return Bench(with_room(lanes), runs, len(problem.chosen), share, np.array(phases), wanders)
+
+
+def lay_whole(problem: Problem, substeps: int) -> Bench:
+    """All runs as lanes of about a natural period, in step with their excitation."""
+    samples = length(problem)
+    return lay(problem, *cut_in_step(problem.chosen, samples), substeps, samples, samples // LEAD)
 
 
 def _share(lanes: Lanes, plain: Lanes) -> np.ndarray:

@@ -20,9 +20,8 @@ from fitting.diagnosis.confidence import Scores, information, scores
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import TELLING, Plan, Proposal
-from fitting.diagnosis.ground import LEAD
 from fitting.diagnosis.judge import pieces_of_evidence
-from fitting.diagnosis.laying import cut_in_step, lay, length
+from fitting.diagnosis.laying import LEAD, cut_in_step, lay, length
 from fitting.diagnosis.layout import Layout
 from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
 from fitting.diagnosis.planned import plans, recorded

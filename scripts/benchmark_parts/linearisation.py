@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.laying import cut_in_step, lay, length
+from fitting.diagnosis.laying import lay_whole
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.refit import chosen_columns, job
@@ -45,10 +45,7 @@ def linearised(repeats: int, groups: int | None = None) -> list[Linearised]:
 def _laid_out() -> tuple[Model, Bench, Point]:
     """The model of the records, their lanes, and the assumed constants as a point."""
     problem = pose(load_dataset(RECORDS), Settings(workers=1))
-    samples = length(problem)
-    segments, phases = cut_in_step(problem.chosen, samples)
-    bench = lay(problem, segments, phases, SUBSTEPS, samples, samples // 4)
-    model = Model(problem, 1)
+    bench, model = lay_whole(problem, SUBSTEPS), Model(problem, 1)
     assumed = problem.dataset.assumed
     origin = model.origin({name: getattr(assumed, name) for name in model.constants})
     own, widths = np.asarray(bench.lanes.start), np.full(OWN - START, LEAST)

@@ -11,7 +11,7 @@ import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.ground import Ground, ground
-from fitting.diagnosis.laying import cut_in_step, lay, length
+from fitting.diagnosis.laying import lay_whole
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.screen import Screen, screen
@@ -79,10 +79,7 @@ def screened(times: float = 1.0, dry: float = 0.0) -> Screened:
 def laid_out(stated: DataSet) -> tuple[Model, Bench]:
     """The model of a data set and all its runs as lanes, without a search for constants."""
     problem = pose(stated, Settings(workers=WORKERS))
-    samples = length(problem)
-    segments, phases = cut_in_step(problem.chosen, samples)
-    bench = lay(problem, segments, phases, SUBSTEPS, samples, samples // 4)
-    return Model(problem, WORKERS), bench
+    return Model(problem, WORKERS), lay_whole(problem, SUBSTEPS)
 
 
 def from_the_truth(model: Model, bench: Bench, keys: tuple[str, ...], coordinates: np.ndarray) -> Refit:
