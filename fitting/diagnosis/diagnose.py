@@ -27,6 +27,7 @@ from fitting.diagnosis.repeatability import wander_of
 from fitting.diagnosis.scatter import restless
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import (
+    CLEARLY,
     Split,
     closure,
     gain,
@@ -90,7 +91,7 @@ def diagnose(
     progress.advance()
     doubts: tuple[str, ...] = ()
     if named is not None:
-        found = dataclasses.replace(found, judgement=_confirmed(found, named, shrunk))
+        found = dataclasses.replace(found, judgement=confirmed(found, named, shrunk))
         first, named = named, _named(found)
         if named is None:
             doubts = (refutation(first.keys, shrunk),)
@@ -149,14 +150,16 @@ def _named(found: Attribution) -> Explanation | None:
     return next(e for e in found.explanations if set(e.keys) == taken) if taken else None
 
 
-def _confirmed(found: Attribution, named: Explanation, shrunk: Closure) -> Judgement:
+def confirmed(found: Attribution, named: Explanation, shrunk: Closure) -> Judgement:
     """The judgement once runs that took no part have spoken for or against what is named."""
     judgement = weighed_again(found.judgement, named.keys, shrunk.steadier)
     if not judgement.named or steadies(shrunk, judgement.steadier[named.keys]):
         return judgement
     if refutes(shrunk, gain(found.nominal, named.refit)):
         return refuted(judgement, UNLISTED)
-    return refuted(judgement, NONE) if found.shows_no_gap and worsens(shrunk) else judgement
+    if found.shows_no_gap:
+        return refuted(judgement, NONE) if worsens(shrunk) else judgement
+    return refuted(judgement, UNLISTED) if worsens(shrunk, CLEARLY) else judgement
 
 
 def _shrunk(chosen: Chosen, held: Split, found: Attribution, named: Explanation | None, seed: int) -> Closure:

@@ -27,6 +27,9 @@ SETTLED = 8
 LEAST_REDUCIBLE = 0.02
 GAPING, OPEN = 1.5, 0.3
 """A gap of more than so many times its floor is there to be closed; a cause closes more than this share,"""
+CLEARLY = 1.003
+"""What makes a gap so many times as large makes it worse by more than chance: of 182 sealed cases in which an
+effect was named two that were off the shelf did, and none in which the right one was."""
 CARRIES_OVER = 0.5
 """or helps the typical segment by this share of what it did where it was fitted: a few segments that
 something else spoils may keep a gap open."""
@@ -146,9 +149,10 @@ def steadies(shrunk: Closure, steadied: float) -> bool:
     return min(steadied, steadied + shrunk.steadier) > NOTABLE_STEADINESS
 
 
-def worsens(shrunk: Closure) -> bool:
-    """Whether what is named makes it worse on what took no part, where there is no gap to be closed."""
-    return shrunk.before <= GAPING * shrunk.floor and shrunk.after > shrunk.before
+def worsens(shrunk: Closure, by: float = 1.0) -> bool:
+    """Whether what is named makes it worse on what took no part, where there is no gap to be closed, by more
+    than so many times."""
+    return shrunk.before <= GAPING * shrunk.floor and shrunk.after > by * shrunk.before
 
 
 def left_open(shrunk: Closure) -> Closure:

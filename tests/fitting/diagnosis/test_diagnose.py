@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+import types
+from typing import Any
 
 import numpy as np
 import pytest
 
-from fitting.diagnosis.diagnose import diagnose
-from fitting.diagnosis.findings import Diagnosis
+from fitting.diagnosis.accounts import Account
+from fitting.diagnosis.diagnose import confirmed, diagnose
+from fitting.diagnosis.enough import passes_for_noise
+from fitting.diagnosis.findings import Closure, Diagnosis
 from fitting.diagnosis.ground import ground
+from fitting.diagnosis.judge import judge
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import refit
 from fitting.diagnosis.save import save_diagnosis
@@ -52,6 +57,25 @@ def hardened() -> Diagnosis:
 @pytest.fixture(scope="module")
 def plain() -> Diagnosis:
     return diagnose(records(0.0, 2), DiagnosisSettings(hold_out=(HELD_OUT,), workers=2))
+
+
+@pytest.mark.parametrize(
+    ("nominal", "after", "verdict"),
+    [(1.2, 1.02, "unlisted"), (1.2, 1.001, "effect"), (1.2, 0.98, "effect"), (1.09, 1.001, "none")],
+)
+def test_what_makes_it_worse_where_it_was_not_fitted_is_not_the_cause(nominal, after, verdict):
+    """Off the shelf where there is a gap to be explained, nothing where there is none."""
+    (key, *_) = shelf = list(catalogue())
+    judgement = judge(nominal, [Account((key,), 0.9, 1)], 16000.0, 1.5, shelf)
+    assert (judgement.verdict, judgement.named) == ("effect", (key,))
+    named: Any = types.SimpleNamespace(keys=(key,), refit=types.SimpleNamespace(cost=np.array([0.9])))
+    found: Any = types.SimpleNamespace(
+        judgement=judgement,
+        nominal=types.SimpleNamespace(cost=np.array([nominal])),
+        shows_no_gap=passes_for_noise(nominal),
+    )
+    shrunk = Closure(1.0, after, 0.97, 2.0, 0.0, (-0.5, 0.5), 0.0, 0.0, (HELD_OUT,), False)
+    assert confirmed(found, named, shrunk).verdict == verdict
 
 
 def test_the_cause_is_named_with_its_size(hardened):

@@ -74,7 +74,9 @@ def test_a_gap_that_stays_open_refutes(before, floor, closed, interval, refuted)
 )
 def test_what_makes_noise_no_less_worsens(before, after, worse):
     """A gap that stays open is another matter."""
-    assert worsens(dataclasses.replace(CLOSED, before=before, after=after)) is worse
+    shrunk = dataclasses.replace(CLOSED, before=before, after=after)
+    assert worsens(shrunk) is worse
+    assert worsens(shrunk, 1.0001) is worse and not worsens(shrunk, 1.05)
 
 
 def test_with_nothing_named_nothing_closes():
