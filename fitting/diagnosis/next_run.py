@@ -21,7 +21,7 @@ from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import TELLING, Plan, Proposal
 from fitting.diagnosis.judge import pieces_of_evidence
-from fitting.diagnosis.laying import LEAD, cut_in_step, lay, length
+from fitting.diagnosis.laying import lay_whole
 from fitting.diagnosis.layout import Layout
 from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
 from fitting.diagnosis.planned import plans, recorded
@@ -43,8 +43,8 @@ def next_run(chosen: Chosen, bench: Bench, found: Attribution) -> Proposal | Non
     """The run that would tell the two explanations apart that a verdict leaves open (`rivals`), fitted on
     this bench; None where it leaves none open, where no sine drives the rig, and where the contact is too
     stiff for so many runs to be simulated."""
-    two, tried = rivals(found), plans(chosen.problem)
-    if two is None or not tried:
+    two = rivals(found)
+    if two is None or not (tried := plans(chosen.problem)):
         return None
     one, other = two
     unit = _unit(found, one)
@@ -91,24 +91,10 @@ def _unit(found: Attribution, best: Explanation) -> float:
 
 def _laid(problem: Problem, substeps: int) -> tuple[Bench, np.ndarray]:
     """The runs of a problem as a bench of a few lanes each, and for how many lanes each of these stands."""
-    samples = length(problem)
-    segments, phases = cut_in_step(problem.chosen, samples)
-    run = np.array([segment.run for segment in segments])
-    kept, stands_for = [], []
-    for number in np.unique(run):
-        mine = np.flatnonzero(run == number)
-        some = np.unique(np.linspace(0, len(mine) - 1, LANES).round().astype(int))
-        kept += mine[some].tolist()
-        stands_for += [len(mine) / len(some)] * len(some)
-    bench = lay(
-        problem,
-        [segments[place] for place in kept],
-        [phases[place] for place in kept],
-        substeps,
-        samples,
-        samples // LEAD,
-    )
-    return bench, np.array(stands_for)
+    whole = lay_whole(problem, substeps)
+    of_runs = [np.flatnonzero(whole.run == number) for number in range(whole.runs)]
+    bench = whole.take(np.concatenate([mine[whole.take(mine).spread(LANES)] for mine in of_runs]))
+    return bench, (np.bincount(whole.run) / np.bincount(bench.run))[bench.run]
 
 
 def left(chosen: Chosen, bench: Bench, tried: Sequence[Plan], true: Refit, rival: Refit) -> np.ndarray:

@@ -26,8 +26,8 @@ from fitting.settings import Settings
 from jaxstick.effects.asymmetric_friction import AsymmetricFriction
 from jaxstick.parts.drive import SineDrive
 from jaxstick.record import DataSet, Run
-from tests.fitting.diagnosis.grounded import UNEVEN, WORKERS, laid_out
-from tests.fitting.reference_data import TRUTH, dataset, noisy, own_run
+from tests.fitting.diagnosis.grounded import UNEVEN, WORKERS, laid_out, noisy_runs
+from tests.fitting.reference_data import TRUTH, dataset, own_run
 
 RIVAL = "friction_drift"
 DRY = 0.003
@@ -47,13 +47,8 @@ class Seen(NamedTuple):
 
 @functools.cache
 def seen() -> Seen:
-    random = np.random.default_rng(7)
     acting = {UNEVEN: AsymmetricFriction(DRY, 0.0)}
-    runs = [
-        noisy(own_run(SineDrive(f, AMPLITUDE), effects=dict(acting), samples=600, file=f"{f}.csv"), random)
-        for f in (SLOW, FAST)
-    ]
-    stated = dataset(*runs)
+    stated = dataset(*noisy_runs(dict.fromkeys((SLOW, FAST), acting), 7))
     model, bench = laid_out(stated)
     keys, begin = model.together((UNEVEN, RIVAL)), model.origin(TRUTH)
     point = Point(
