@@ -113,7 +113,6 @@ def diagnose(
     progress.advance()
     judgement = found.judgement
     proposal = next_run(chosen, bench, found)
-    mentioned = dict.fromkeys((*judgement.named, *(key for c in listed[:4] for key in c.keys)))
     return Diagnosis(
         verdict=judgement.verdict,
         named=judgement.named,
@@ -130,7 +129,7 @@ def diagnose(
         others=mended.others,
         others_before=unmended.others,
         traces=_traces(problem, base.segments, held, seen_before, seen_after),
-        cards={key: model.shelf.effects[key].card for key in mentioned},
+        cards={key: effect.card for key, effect in model.shelf.effects.items()},
         next_experiment=advice(problem, model, found, bench, proposal),
         next_run=proposal,
         notes=(*doubts, *notes(problem, found, named, where, held, chosen, shrunk)),

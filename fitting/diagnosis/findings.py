@@ -216,8 +216,8 @@ class Diagnosis:
     """The whole diagnosis of a data set.
 
     `named` are the keys of the cause, or of what cannot be told apart, the likeliest first; `probabilities`
-    of "none", "unlisted" and every effect add up to one. `candidates` are sorted by probability. `cards` hold
-    those of all effects mentioned. `notes` say in sentences what weakens the verdict (channels that are
+    of "none", "unlisted" and every effect add up to one. `candidates` are sorted by probability. `cards` are
+    those of all effects of the shelf. `notes` say in sentences what weakens the verdict (channels that are
     missing, segments that were lost, limits of detection). `closed_alone`: the share of the reducible gap
     that a named effect closes without the other named ones, on what took no part; empty where nobody worked
     it out. `correction` is the model with the named effects, as fitted to everything there is; None where

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from fitting.report.section import Section, Subject
 
+CONSIDERED = 4
+"""Besides what is named, the effects of so many of the likeliest explanations have been considered."""
+
 
 def cards(subject: Subject) -> Section | None:
     """What the named effects are and what to do about them; None where there is no card to show."""
     diagnosis = subject.diagnosis
-    if not diagnosis.cards:
+    likeliest = [key for candidate in diagnosis.candidates[:CONSIDERED] for key in candidate.keys]
+    shown = [key for key in dict.fromkeys((*diagnosis.named, *likeliest)) if key in diagnosis.cards]
+    if not shown:
         return None
-    named = [(key, diagnosis.cards[key]) for key in diagnosis.named if key in diagnosis.cards]
-    others = [(key, card) for key, card in diagnosis.cards.items() if key not in diagnosis.named]
+    named = [(key, diagnosis.cards[key]) for key in shown if key in diagnosis.named]
+    others = [(key, diagnosis.cards[key]) for key in shown if key not in diagnosis.named]
     title = "Effects considered"
     if named:
         title = "The named effect" if len(named) == 1 else "The named effects"

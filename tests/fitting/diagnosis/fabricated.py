@@ -97,7 +97,7 @@ def fabricated(cycles: float = 5.0, rate: float = 500.0) -> tuple[Diagnosis, Dat
         constants=_constants(TRUE),
         constants_before=_constants(FITTED_BEFORE),
         traces=traces,
-        cards={key: shelf[key].card for key in likely},
+        cards={key: effect.card for key, effect in shelf.items()},
         next_experiment=(
             "Turn the slider by 180 degrees and repeat run-02.csv (0.92 Hz, 10.3 mm): an asymmetry of the "
             "surfaces turns with it, a constant force does not."
@@ -314,7 +314,6 @@ def nothing_found(diagnosis: Diagnosis) -> Diagnosis:
         closure=Closure(1.01, 1.01, 1.0, 14.2, nan, (nan, nan), None, None, HELD_OUT, True),
         effects={},
         correction=None,
-        candidates=(),
         likeness=(),
         next_experiment=None,
         notes=(),

@@ -97,6 +97,20 @@ def test_it_says_everything(taken_apart, diagnosis):
     assert "object at 0x" not in text and "nan" not in re.findall(r"\w+", text)
 
 
+def test_effects_go_by_the_titles_of_their_cards(taken_apart, diagnosis):
+    titles = {key: card.title for key, card in diagnosis.cards.items()}
+    words = {key.replace("_", " ").capitalize() for key in titles}
+    made_up = [name for name in words if not any(title.startswith(name) for title in titles.values())]
+    assert not [name for name in made_up if re.search(rf"\b{name}\b", taken_apart.text)]
+    likely = {key for candidate in diagnosis.candidates for key in candidate.keys}
+    assert {titles[key] for key in likely} <= {t for t in titles.values() if t in taken_apart.text}
+
+
+def test_only_what_was_considered_has_its_card_shown(taken_apart, diagnosis):
+    shown = [card for card in diagnosis.cards.values() if card.symptom in taken_apart.text]
+    assert 0 < len(shown) < len(diagnosis.cards) / 2
+
+
 def test_the_worst_run_comes_first_and_the_others_are_folded(taken_apart):
     pictures = [e for e in taken_apart.all("svg") if e.attributes["id"].startswith("run-")]
     assert all(("details" in e.around) is not e.attributes["id"].startswith("run-1-") for e in pictures)
@@ -135,8 +149,11 @@ def test_without_a_gap_there_is_a_report(diagnosis, dataset):
     text = Page(report(clear, dataset, Silent())).text
     for words in (VERDICTS["none"], "No effect was added", "agree to within the noise", "Effects considered"):
         assert words in text
-    for words in ("Next experiment", "Candidates that were refitted", "What could look the same"):
+    for words in ("Next experiment", "What could look the same"):
         assert words not in text
+    bare = Page(report(dataclasses.replace(clear, candidates=()), dataset, Silent())).text
+    for words in ("Candidates that were refitted", "Effects considered"):
+        assert words in text and words not in bare
     assert "nan" not in re.findall(r"\w+", text)
 
 
