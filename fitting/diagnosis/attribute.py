@@ -165,7 +165,8 @@ def _weighed(
     found = sorted(found, key=lambda explanation: explanation.refit.misfit)
     floor = min(floor, floor_of(model, bench, [found[0].refit]))
     near = [e.refit.levels for e in found if e.refit.misfit < NEARLY_BEST * found[0].refit.misfit]
-    known = nominal.levels.where_none_lost(near)
+    restless = bench.wanders and wanders(nominal)
+    known = nominal.levels.where_none_lost(near) if restless else None
     accounts = tuple(account(model, bench, known, e, floor) for e in found)
     samples, alike = float(bench.dof().sum()), aliases(model, first)
     judgement = judge(
@@ -199,11 +200,13 @@ def _inflation(bench: Bench, seen: Screen) -> float:
     return max(seen.inflation, float(bench.dof().sum()) / pieces if bench.scatters else 1.0)
 
 
-def account(model: Model, bench: Bench, before: Levels, explanation: Explanation, floor: float) -> Account:
+def account(
+    model: Model, bench: Bench, before: Levels | None, explanation: Explanation, floor: float
+) -> Account:
     """The account of an explanation. A strength that every run has of its own counts once, and for the other
     runs as far as these differ from one another. Where residuals are weighed by what does not repeat itself,
     which is known from the records alone, a second effect earns nothing by leaving less than that. `before`:
-    the levels of friction under the nominal model."""
+    the levels of friction under the nominal model, None where it keeps still."""
     keys, fit, runs = explanation.keys, explanation.refit, np.unique(bench.run)
     parameters, of_one_run = 0, 0.0
     for number in np.concatenate([model.of(key) for key in keys]):
@@ -211,7 +214,7 @@ def account(model: Model, bench: Bench, before: Levels, explanation: Explanation
         if number in model.by_run:
             own = fit.point.by_run[runs][:, model.by_run == number]
             of_one_run += (len(runs) - 1) * float(np.var(own) / max(np.mean(own**2), 1e-300))
-    steady = max(steadier(before, fit.levels, bench.run), 0.0) if bench.wanders else 0.0
+    steady = 0.0 if before is None else max(steadier(before, fit.levels, bench.run), 0.0)
     least = 1.0 if bench.scatters and len(keys) > 1 else 0.0
     of_friction = tuple(key for key in keys if model.shelf.effects[key].card.family == "friction")
     misfit = max(fit.misfit / floor, least)

@@ -28,12 +28,14 @@ from fitting.diagnosis.scatter import restless
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import (
     CLEARLY,
+    ONLY_HERE,
     Split,
     closure,
     gain,
     left_open,
     refutes,
     split,
+    stays_open,
     steadies,
     worsens,
 )
@@ -150,10 +152,17 @@ def _named(found: Attribution) -> Explanation | None:
 
 
 def confirmed(found: Attribution, named: Explanation, shrunk: Closure) -> Judgement:
-    """The judgement once runs that took no part have spoken for or against what is named."""
+    """The judgement once runs that took no part have spoken for or against what is named.
+
+    An effect that is named since it makes friction steadier, where there is no gap, explains what runs show
+    that took no part, too, if it explains anything.
+    """
     judgement = weighed_again(found.judgement, named.keys, shrunk.steadier)
-    if not judgement.named or steadies(shrunk, judgement.steadier[named.keys]):
+    if not judgement.named:
         return judgement
+    if steadies(shrunk, judgement.steadier[named.keys]):
+        no_cause = found.shows_no_gap and stays_open(shrunk, ONLY_HERE)
+        return refuted(judgement, NONE) if no_cause else judgement
     if refutes(shrunk, gain(found.nominal, named.refit)):
         return refuted(judgement, UNLISTED)
     if found.shows_no_gap:

@@ -54,14 +54,21 @@ def unrepeated(model: Model, bench: Bench, fits: Sequence[Refit]) -> float:
     `UNEVEN` times what a typical lane costs.
 
     1 where the lanes are not repeated, and where friction keeps still under one of the fits: an effect that
-    keeps another time than the excitation does not repeat itself either, and is no scatter.
+    keeps another time than the excitation does not repeat itself either, and is no scatter. Where the
+    friction force was not recorded, so that nothing tells whether it keeps still, lanes count that come back
+    often enough to tell what scatters from what drifts.
     """
     return _least(model, bench, fits, [1.0] * len(fits), 1.0)
 
 
 def _least(model: Model, bench: Bench, fits: Sequence[Refit], prices: Sequence[float], least: float) -> float:
     first, second = successive(bench.phase)
-    if len(first) < FEWEST or not (least < 1 or all(wanders(fit) for fit in fits)):
+    if not bench.wanders:
+        told = np.isin(bench.phase[first], _often(bench.phase[first]))
+        first, second = first[told], second[told]
+    elif least == 1 and not all(wanders(fit) for fit in fits):
+        return 1.0
+    if len(first) < FEWEST:
         return 1.0
     dof = bench.dof()
     changing, typical = [], []
@@ -83,6 +90,12 @@ def successive(phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             pairs.append((last[label], lane))
         last[label] = lane
     return tuple(np.array(pairs, int).reshape(-1, 2).T)  # pyright: ignore[reportReturnType]
+
+
+def _often(labels: np.ndarray) -> np.ndarray:
+    """The labels that are there often enough to tell what drifts from what scatters."""
+    kinds, counts = np.unique(labels, return_counts=True)
+    return kinds[counts >= FEWEST_CYCLES]
 
 
 def _pure_error(bench: Bench, residual: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:

@@ -27,6 +27,8 @@ SETTLED = 8
 LEAST_REDUCIBLE = 0.02
 GAPING, OPEN = 1.5, 0.3
 """A gap of more than so many times its floor is there to be closed; a cause closes more than this share,"""
+ONLY_HERE = 1.2
+"""A gap of so many times its floor is there to be closed where what was fitted shows none."""
 CLEARLY = 1.003
 """What makes a gap so many times as large makes it worse by more than chance: of 182 sealed cases in which an
 effect was named two that were off the shelf did, and none in which the right one was."""
@@ -136,11 +138,15 @@ def gain(nominal: Refit, named: Refit) -> float:
     return float(np.mean(np.log(nominal.cost / named.cost)))
 
 
+def stays_open(shrunk: Closure, gaping: float = GAPING) -> bool:
+    """Whether a gap of more than `gaping` times its floor is there and is not closed."""
+    return shrunk.before > gaping * shrunk.floor and shrunk.interval[1] < OPEN
+
+
 def refutes(shrunk: Closure, gained: float) -> bool:
-    """Whether what took no part speaks against what is named: a gap is there and stays open, and segments
-    gain less than half of what those have `gained` that were fitted."""
-    stays_open = shrunk.before > GAPING * shrunk.floor and shrunk.interval[1] < OPEN
-    return stays_open and shrunk.gain < CARRIES_OVER * gained
+    """Whether what took no part speaks against what is named: a gap stays open, and segments gain less than
+    half of what those have `gained` that were fitted."""
+    return stays_open(shrunk) and shrunk.gain < CARRIES_OVER * gained
 
 
 def steadies(shrunk: Closure, steadied: float) -> bool:

@@ -18,6 +18,7 @@ from fitting.diagnosis.judge import Judgement
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.next_run import rivals
 from fitting.diagnosis.repeatability import wander_of
+from fitting.diagnosis.scatter import Scatter
 from fitting.diagnosis.shrink import LEAST_REDUCIBLE, NOTABLE_STEADINESS, Split
 from fitting.diagnosis.verdict import alternatives
 from fitting.problem import Problem
@@ -192,29 +193,21 @@ def notes(
 ) -> tuple[str, ...]:
     """What weakens the verdict, and what has to be known to read it."""
     out = []
-    if all(signal.run.friction is None for signal in problem.chosen):
+    silent = all(signal.run.friction is None for signal in problem.chosen)
+    scatter = contact.ground.scatter
+    if silent:
         out.append(
             "There is no friction channel: faults of the mechanics and of the friction law can imitate one "
-            "another, faults of the force measurement cannot be seen, and friction that wanders is part of "
-            "the gap."
+            "another, faults of the force measurement cannot be seen, and friction that wanders "
+            f"{'is part of the gap' if scatter is None else 'is told by the motion alone'}."
         )
     if contact.words is not None:
         out.append(
             f"The contact was taken for {contact.words}, since the stick-slip contact of the assumptions "
             f"leaves {1 / contact.ratio:.3g} times as much; a rig file cannot hold that, so none was written."
         )
-    if contact.ground.scatter is not None:
-        displacement, friction = contact.ground.scatter.most()
-        out.append(
-            "What does not repeat itself from cycle to cycle counts as noise here: in the phase of the "
-            f"motion where each scatters most, the displacement does by {displacement:.2g} and the friction "
-            f"force by {friction:.2g} times the noise of its sensor."
-        )
-        if contact.ground.scatter.left is not None:
-            out.append(
-                "What friction that scatters does to the displacement was taken from the measured force: "
-                "faults of the mechanics are judged apart from it."
-            )
+    if scatter is not None:
+        out += scattering(scatter, silent)
     if held.by_segments:
         out.append(
             "Too few runs to hold any out: the shrinking was measured on every third stretch of the runs "
@@ -267,6 +260,23 @@ def stiller(named: Sequence[str], before: float, after: float) -> list[str]:
     ]
 
 
+def scattering(scatter: Scatter, silent: bool) -> list[str]:
+    """What is to be known where records scatter; `silent`: the friction force was not recorded."""
+    displacement, friction = scatter.most()
+    each, force = ("it", "") if silent else ("each", f" and the friction force by {friction:.2g}")
+    out = [
+        "What does not repeat itself from cycle to cycle counts as noise here: in the phase of the motion "
+        f"where {each} scatters most, the displacement does by {displacement:.2g}{force} times the noise of "
+        "its sensor."
+    ]
+    if scatter.left is not None:
+        out.append(
+            "What friction that scatters does to the displacement was taken from the measured force: "
+            "faults of the mechanics are judged apart from it."
+        )
+    return out
+
+
 def of_every_run(model: Model, first: str, named: Sequence[str]) -> list[str]:
     """What is to be known of strengths that every run has of its own; `first` is the run that is given."""
     out = []
@@ -292,8 +302,8 @@ def steps_taken(
     refitted = [e for e in found.explanations if len(e.keys) == 1]
     pairs = len(found.explanations) - len(refitted)
     out = [
-        f"{len(problem.chosen)} runs were cut into {len(base.segments)} segments of at most {samples} "
-        "samples, each with a start of its own.",
+        f"{_runs(len(problem.chosen))} cut into {len(base.segments)} segments of at most {samples} samples, "
+        "each with a start of its own.",
         f"Held out: {apart}.",
         "The nominal model was fitted with the rig free within its tolerance and the friction level free "
         f"from run to run: misfit {found.nominal.misfit:.4g} (1 is noise).",
@@ -316,3 +326,7 @@ def steps_taken(
             f"By clusters of segments, scores vary {found.inflation:.2f} times as much as white noise."
         )
     return tuple(out)
+
+
+def _runs(count: int) -> str:
+    return "One run was" if count == 1 else f"{count} runs were"

@@ -78,6 +78,32 @@ def test_what_makes_it_worse_where_it_was_not_fitted_is_not_the_cause(nominal, a
     assert confirmed(found, named, shrunk).verdict == verdict
 
 
+@pytest.mark.parametrize(
+    ("nominal", "before", "closed", "verdict"),
+    [
+        (0.98, 1.3, 0.19, "none"),
+        (0.98, 1.3, 0.6, "effect"),
+        (0.98, 1.1, 0.19, "effect"),
+        (1.2, 1.3, 0.19, "effect"),
+    ],
+)
+def test_what_only_makes_friction_steadier_closes_a_gap_that_is_there(nominal, before, closed, verdict):
+    """Of an effect that is named for that, where what was fitted shows no gap, other runs may show one."""
+    (key, *_) = shelf = list(catalogue())
+    judgement = judge(nominal, [Account((key,), 0.95, 1, steadier=25.0)], 200.0, 1.5, shelf)
+    assert (judgement.verdict, judgement.named) == ("effect", (key,))
+    named: Any = types.SimpleNamespace(keys=(key,), refit=types.SimpleNamespace(cost=np.array([0.5])))
+    found: Any = types.SimpleNamespace(
+        judgement=judgement,
+        nominal=types.SimpleNamespace(cost=np.array([1.0])),
+        shows_no_gap=passes_for_noise(nominal),
+    )
+    shrunk = Closure(
+        before, 1.28, 1.0, 2.0, 0.09, (0.0, closed), 0.0, 0.0, (HELD_OUT,), False, gain=0.7, steadier=20.0
+    )
+    assert confirmed(found, named, shrunk).verdict == verdict
+
+
 def test_the_cause_is_named_with_its_size(hardened):
     assert hardened.verdict in ("effect", "ambiguous")
     assert hardened.named[0] == "cubic_stiffness"

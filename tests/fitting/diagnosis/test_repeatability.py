@@ -60,13 +60,16 @@ def test_successive_lanes_of_a_phase_are_paired():
 LANES, COUNTED = 24, 50
 
 
-def judged(residual: np.ndarray, cost: float, width: float, price: float = 1.0) -> float:
-    """The floor that residuals (lanes, samples) of lanes with one phase lead to, at this cost per degree of
-    freedom and friction that wanders by this width, at this price; without the price it is lower by that."""
+def judged(
+    residual: np.ndarray, cost: float, width: float, price: float = 1.0, phases: int = 1, wanders: bool = True
+) -> float:
+    """The floor that residuals (lanes, samples) of lanes with so many phases lead to, at this cost per degree
+    of freedom and friction that wanders by this width, if it may, at this price; without the price it is
+    lower by that."""
     blank = np.zeros_like(residual)
     lanes: Any = None
     share = np.stack([np.ones_like(residual), blank], axis=2)
-    bench = Bench(lanes, np.zeros(LANES, int), 1, share, np.zeros(LANES, int), True)
+    bench = Bench(lanes, np.zeros(LANES, int), 1, share, np.arange(LANES) % phases, wanders)
     rows = np.concatenate([residual, blank, np.zeros((LANES, OWN))], axis=1)
     model: Any = SimpleNamespace(columns=lambda jobs: [Columns(rows, rows, rows) for _ in jobs])
     point = Point((), np.zeros(1), np.zeros((1, 1)), np.zeros((LANES, OWN)), np.full(2, width))
@@ -94,3 +97,14 @@ def test_the_floor_lies_no_higher_than_a_typical_lane(monkeypatch):
     residual = 9 * np.random.default_rng(4).standard_normal((LANES, COUNTED))
     assert judged(residual, 1.4, 0.02) == pytest.approx(UNEVEN * 1.4)
     assert judged(residual, 0.4, 0.02) == 1.0
+
+
+def test_without_a_force_channel_what_changes_is_no_floor_unless_it_can_be_told_from_a_drift(monkeypatch):
+    """That takes four changes, five cycles, of a phase."""
+    monkeypatch.setattr("fitting.diagnosis.repeatability.job", lambda model, bench, point: None)
+    residual = 3 * np.random.default_rng(5).standard_normal((LANES, COUNTED))
+    for phases, floor in ((4, 9.0), (6, 1.0)):
+        assert judged(residual, 1300.0, 1e-6, phases=phases, wanders=False) == pytest.approx(floor, rel=0.25)
+        assert judged(residual, 1300.0, 1e-6, phases=phases) == 1.0
+    drifting = np.arange(LANES)[:, None] * np.sin(np.arange(COUNTED))
+    assert judged(drifting, 1300.0, 1e-6, phases=4, wanders=False) == pytest.approx(1.0, rel=0.05)

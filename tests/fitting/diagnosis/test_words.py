@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from fitting.diagnosis.judge import Judgement
-from fitting.diagnosis.words import refutation, remainders, sentence, stiller
+from fitting.diagnosis.scatter import Scatter
+from fitting.diagnosis.words import refutation, remainders, scattering, sentence, stiller
 from jaxstick.catalogue import catalogue
 
 ONE, OTHER, ALIAS = "constant_force", "base_delay", "base_relative_damping"
@@ -110,3 +111,11 @@ def test_what_is_left_beside_what_is_named_is_said(diagnosis, best, after, said)
     notes = remainders(found, named, shrunk)
     assert (said is None and notes == []) or (said is not None and said in notes[0] and len(notes) == 1)
     assert remainders(found, None, shrunk) == []
+
+
+def test_what_scatters_is_said_of_the_channels_that_there_are():
+    scatter = Scatter({"stick": (9.0, 1.0), "slip": (4.0, 16.0)}, None, 0.2)
+    (both,), (motion,) = scattering(scatter, silent=False), scattering(scatter, silent=True)
+    assert "each scatters most, the displacement does by 3 and the friction force by 4 times" in both
+    assert "it scatters most, the displacement does by 3 times" in motion and "friction" not in motion
+    assert len(scattering(dataclasses.replace(scatter, left=scatter.variances), silent=False)) == 2
