@@ -16,6 +16,7 @@ from fitting.diagnosis.credit import NEARLY_BEST
 from fitting.diagnosis.enough import hints, leaves_nothing, passes_for_noise
 from fitting.diagnosis.explanation import Explanation, best_of
 from fitting.diagnosis.findings import Yardstick
+from fitting.diagnosis.influence import told_by_many
 from fitting.diagnosis.judge import Judgement, astray, judge
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.one_class import classes
@@ -167,7 +168,8 @@ def _weighed(
     near = [e.refit.levels for e in found if e.refit.misfit < NEARLY_BEST * found[0].refit.misfit]
     restless = bench.wanders and wanders(nominal)
     known = nominal.levels.where_none_lost(near) if restless else None
-    accounts = tuple(account(model, bench, known, e, floor) for e in found)
+    left = (misfit / floor for misfit in _told(bench, nominal, found))
+    accounts = tuple(account(model, bench, known, e, misfit) for e, misfit in zip(found, left, strict=True))
     samples, alike = float(bench.dof().sum()), aliases(model, first)
     judgement = judge(
         nominal.misfit / floor,
@@ -187,6 +189,18 @@ def _weighed(
     return dataclasses.replace(made, judgement=astray(judgement)) if made.lost > LOST else made
 
 
+def _told(bench: Bench, nominal: Refit, found: Sequence[Explanation]) -> list[float]:
+    """The misfits of the explanations, best first, as more than one lane tells them: compared with the
+    nominal model, and those of two effects with the better of them alone, too."""
+    alone = [e for e in found if len(e.keys) == 1]
+
+    def compared_with(e: Explanation) -> list[Refit]:
+        parts = [one.refit for one in alone if len(e.keys) > 1 and one.keys[0] in e.keys]
+        return [nominal, *parts[:1]]
+
+    return [told_by_many(bench, e.refit, compared_with(e)) for e in found]
+
+
 def worth_a_second(bench: Bench, alone: Refit, around: Screen) -> bool:
     """Whether a second effect promises to take a good part of what one leaves."""
     share = WORTH * alone.misfit * float(bench.dof().sum())
@@ -201,12 +215,13 @@ def _inflation(bench: Bench, seen: Screen) -> float:
 
 
 def account(
-    model: Model, bench: Bench, before: Levels | None, explanation: Explanation, floor: float
+    model: Model, bench: Bench, before: Levels | None, explanation: Explanation, misfit: float
 ) -> Account:
-    """The account of an explanation. A strength that every run has of its own counts once, and for the other
-    runs as far as these differ from one another. Where residuals are weighed by what does not repeat itself,
-    which is known from the records alone, a second effect earns nothing by leaving less than that. `before`:
-    the levels of friction under the nominal model, None where it keeps still."""
+    """The account of an explanation that leaves this misfit, in units of the floor. A strength that every
+    run has of its own counts once, and for the other runs as far as these differ from one another. Where
+    residuals are weighed by what does not repeat itself, which is known from the records alone, a second
+    effect earns nothing by leaving less than that. `before`: the levels of friction under the nominal model,
+    None where it keeps still."""
     keys, fit, runs = explanation.keys, explanation.refit, np.unique(bench.run)
     parameters, of_one_run = 0, 0.0
     for number in np.concatenate([model.of(key) for key in keys]):
@@ -217,5 +232,4 @@ def account(
     steady = 0.0 if before is None else max(steadier(before, fit.levels, bench.run), 0.0)
     least = 1.0 if bench.scatters and len(keys) > 1 else 0.0
     of_friction = tuple(key for key in keys if model.shelf.effects[key].card.family == "friction")
-    misfit = max(fit.misfit / floor, least)
-    return Account(keys, misfit, parameters, of_one_run, len(runs), steady, of_friction)
+    return Account(keys, max(misfit, least), parameters, of_one_run, len(runs), steady, of_friction)

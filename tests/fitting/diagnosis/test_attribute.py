@@ -19,8 +19,8 @@ def left(misfit: float, *keys: str, scatters: bool) -> float:
     shelf = SimpleNamespace(effects=effects)
     model: Any = SimpleNamespace(of=lambda _: np.array([0]), by_run=np.zeros(0, int), shelf=shelf)
     bench: Any = SimpleNamespace(run=np.array([0, 0, 1]), wanders=False, scatters=scatters)
-    found: Any = SimpleNamespace(keys=keys, refit=SimpleNamespace(misfit=misfit))
-    return account(model, bench, None, found, FLOOR).misfit
+    found: Any = SimpleNamespace(keys=keys, refit=None)
+    return account(model, bench, None, found, misfit / FLOOR).misfit
 
 
 def test_a_second_effect_cannot_go_below_what_was_weighed_by():

@@ -1,0 +1,56 @@
+"""How much a single lane says for an explanation."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fitting.diagnosis.influence import heard, told_by_many
+
+COUNTED = 100.0
+COSTS = st.lists(st.tuples(st.floats(1.0, 1e6), st.floats(1.0, 1e6)), min_size=2, max_size=40)
+
+
+@given(COSTS)
+def test_no_lane_gains_more_than_all_others_together(costs):
+    before, cost = np.array(costs).T
+    counted = heard(before, cost)
+    gained = before - counted
+    loudest = int(np.argmax(before - cost))
+    assert gained[loudest] <= max(gained.sum() - gained[loudest], 0.0) + 1e-9 * before.sum()
+    others = np.delete(np.arange(len(cost)), loudest)
+    assert np.array_equal(counted[others], cost[others]) and cost[loudest] <= counted[loudest]
+
+
+def refit(cost: np.ndarray, price: float = 1.0) -> Any:
+    return SimpleNamespace(cost=cost, price=lambda bench: price)
+
+
+def told(cost: np.ndarray, *against: np.ndarray, price: float = 1.0) -> float:
+    bench: Any = SimpleNamespace(dof=lambda: np.full(len(cost), COUNTED))
+    return told_by_many(bench, refit(cost, price), [refit(other) for other in against])
+
+
+def test_what_one_lane_alone_tells_is_not_believed():
+    """And what many do is, to the last digit; what friction that wanders costs stays as it is."""
+    before = np.full(60, COUNTED)
+    before[7] += 66.0
+    alone, many = before.copy(), before - 1.5
+    alone[7] = COUNTED
+    assert told(alone, before) == pytest.approx(told(before))
+    assert told(many, before) == pytest.approx(many.sum() / (60 * COUNTED))
+    assert told(many, before, price=1.1) == pytest.approx(1.1 * told(many, before))
+
+
+def test_a_second_effect_is_told_by_more_than_one_lane_too():
+    before = np.full(60, 9 * COUNTED)
+    first = np.full(60, 1.2 * COUNTED)
+    both = first.copy()
+    both[3] = COUNTED
+    assert told(both, before) < told(first, before)
+    assert told(both, before, first) == pytest.approx(told(first, before))
