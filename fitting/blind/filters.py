@@ -53,11 +53,15 @@ def all_pass(samples: Floats, step: float, time: float) -> Floats:
 
 
 def moving_average(samples: Floats, step: float, time: float) -> Floats:
-    """The mean over the last 2 time [s]: a delay of `time`."""
-    sums = np.cumsum(np.concatenate(([0.0], samples))) * step
-    index = np.arange(1.0, len(sums))
+    """The mean over the last 2 time [s], exact for input that is linear between samples: a delay of `time`.
+    Before it is full it holds what there has been."""
+    index = np.arange(float(len(samples)))
     back = np.maximum(index - 2.0 * time / step, 0.0)
-    return (sums[1:] - np.interp(back, np.arange(len(sums)), sums)) / ((index - back) * step)
+    whole = np.minimum(back.astype(int), max(len(samples) - 2, 0))
+    part, slope = back - whole, np.diff(samples, append=samples[-1])
+    sums = np.concatenate(([0.0], np.cumsum(0.5 * (samples[1:] + samples[:-1]))))
+    before = sums[whole] + part * (samples[whole] + 0.5 * part * slope[whole])
+    return np.where(index > back, (sums - before) / np.maximum(index - back, 1e-12), samples)
 
 
 @njit(cache=True)
