@@ -34,7 +34,7 @@ def surveyed(
             chosen, bench = _evened(chosen, paper.ground.bench, plain, held, best)
             point, known = seen.nominal.point, seen.found
             seen = survey(chosen.model, bench, point, paper.ground.begins, progress, known)
-        if chosen.words is None and (not seen.suffices or concerns_contact(chosen.model, seen.found[0].keys)):
+        if chosen.words is None and _may_be_the_contact(chosen, bench, seen):
             chosen, seen = beside_single_effects(chosen, bench, seen, held, progress)
         if not _overrated(bench, seen):
             break
@@ -53,6 +53,12 @@ def weighed_anew(
         chosen, bench = _evened(chosen, paper.ground.bench, plain, held, best.point)
         found = on_another_bench(chosen.model, bench, found)
     return chosen, bench, found
+
+
+def _may_be_the_contact(chosen: Chosen, bench: Bench, seen: Survey) -> bool:
+    """Whether another contact may explain more than is explained, or do what an effect does: where friction
+    scatters, one that is hardly seen in what is left bends the levels of friction, as effects do."""
+    return not seen.suffices or bench.scatters or concerns_contact(chosen.model, seen.found[0].keys)
 
 
 def _overrated(bench: Bench, seen: Survey) -> bool:

@@ -101,6 +101,24 @@ def test_what_was_overrated_is_found_anew_and_not_on_top(laid, monkeypatch):
     assert chosen.ground.bench.scatters and len(chosen.ground.bench.lanes) > len(bench.lanes)
 
 
+@pytest.mark.parametrize(
+    ("script", "tried"), [([(1.0, 1.0)], 0), ([(1.6, 1.0)], 1), ([(70.0, 65.0), (1.0, 1.0)], 1)]
+)
+def test_contacts_are_tried_where_something_is_left_and_where_friction_scatters(
+    laid, monkeypatch, script, tried
+):
+    """For scatter hides what they leave."""
+    asked = []
+
+    def beside(chosen: Chosen, bench: Bench, seen: Survey, *others: object) -> tuple[Chosen, Survey]:
+        asked.append(bench)
+        return chosen, seen
+
+    monkeypatch.setattr(turns, "beside_single_effects", beside)
+    surveyed(laid, monkeypatch, *((laid.right, *each) for each in script))
+    assert len(asked) == tried and all(bench.scatters == (len(script) > 1) for bench in asked)
+
+
 def test_it_ends_where_nothing_helps(laid, monkeypatch):
     script = (laid.poor, 70.0, 65.0), *((laid.poor, 0.3, 1.0) for _ in range(turns.TURNS))
     assert surveyed(laid, monkeypatch, *script)[2].least == 0.3
