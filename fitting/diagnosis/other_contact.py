@@ -32,23 +32,29 @@ BESIDE = 2
 def beside_single_effects(
     paper: Chosen, bench: Bench, seen: Survey, held: Split, progress: Progress
 ) -> tuple[Chosen, Survey]:
-    """The contact that the records ask for, and the survey on it; the paper's contact where another does not
-    explain clearly more. Where an effect suffices, another contact must do without any what that effect does.
+    """The contact that the records ask for, and the survey on it; the paper's contact where another neither
+    explains clearly more, nor does without any effect what the best one does. Where an effect suffices, it
+    must do that.
     """
     beside = [] if seen.suffices else seen.found[:BESIDE]
     fits = [seen.nominal, *(explanation.refit for explanation in beside)]
-    other = choose_contact(paper, bench, held.fitted, fits, seen.floor, progress)
+    worth = _worth(seen.nominal.misfit, seen.least)
+    other = choose_contact(paper, bench, held.fitted, fits, seen.floor, progress, worth)
     if other.words is None:
         return paper, seen
     known = [_moved(explanation, paper.model, other.model) for explanation in seen.found]
     point, begins = other.ground.point.take(held.fitted), other.ground.begins
     again = survey(other.model, bench, point, begins, progress, known)
-    if seen.suffices:
-        explains = again.nominal.misfit < seen.least
-    else:
-        floor = min(seen.floor, again.floor)
-        explains = again.least - floor < other.preferred * (seen.least - floor)
-    return (other, again) if explains else (paper, seen)
+    floor = min(seen.floor, again.floor)
+    explains = not seen.suffices and again.least - floor < other.preferred * (seen.least - floor)
+    replaces = again.nominal.misfit < seen.least
+    return (other, again) if explains or replaces else (paper, seen)
+
+
+def _worth(without: float, best: float) -> float:
+    """Below which share of what lanes cost without an effect a contact is worth trying in the place of the
+    best one, which leaves less than that by itself."""
+    return max(WORTH_TRYING, 1 - AS_MUCH * (1 - best / without))
 
 
 def _moved(found: Explanation, model: Model, other: Model) -> Explanation:
@@ -71,7 +77,7 @@ def in_place_of_one_of_two(
     if len(best.keys) != 2 or len(others) != 1 or not alone:
         return paper, found
     fit, two = alone[0].refit, best.refit.misfit
-    worth = max(WORTH_TRYING, 1 - AS_MUCH * (1 - two / fit.misfit))
+    worth = _worth(fit.misfit, two)
     other = choose_contact(paper, bench, held.fitted, [fit], found.floor, progress, worth)
     if other.words is None:
         return paper, found

@@ -102,8 +102,14 @@ def test_nothing_is_tried_where_no_one_of_two_changes_the_contact(paper, monkeyp
     assert settled(paper, monkeypatch, before, before, "a bristle") == (None, [])
 
 
-def test_the_survey_on_another_contact_knows_what_explained_the_records_before(paper, monkeypatch):
-    """Where it stood, carried over: from the nominal model on, the effect may not come among those tried."""
+@pytest.mark.parametrize(
+    ("without", "best", "taken"), [(9.0, 1.5, True), (9.0, 2.6, False), (2.9, 2.8, True), (3.1, 2.8, False)]
+)
+def test_the_survey_on_another_contact_knows_what_explained_the_records_before(
+    paper, monkeypatch, without, best, taken
+):
+    """Where it stood, carried over: from the nominal model on, the effect may not come among those tried.
+    The contact is taken where it leaves clearly less, or does without an effect what the best did."""
     model = paper.model
     point = Point((HUM,), model.origin({}), np.zeros((1, len(model.by_run))), np.zeros((3, 5)), np.ones(2))
     point.coordinates[model.index("A")] = 0.7
@@ -122,12 +128,12 @@ def test_the_survey_on_another_contact_knows_what_explained_the_records_before(p
 
     def surveyed(model: Any, bench: Any, point: Any, begins: Any, progress: Any, known: Any) -> Any:
         told.extend(known)
-        better = dataclasses.replace(known[0], refit=dataclasses.replace(known[0].refit, misfit=1.5))
-        return Survey(seen.nominal, blank, (better,), 1.0)
+        better = dataclasses.replace(known[0], refit=dataclasses.replace(known[0].refit, misfit=best))
+        return Survey(dataclasses.replace(seen.nominal, misfit=without), blank, (better,), 1.0)
 
     monkeypatch.setattr(other_contact, "survey", surveyed)
     contact, again = beside_single_effects(paper, blank, seen, HELD, Silent())
-    assert contact is other and again.least == 1.5
+    assert (contact is other, again.least) == (taken, best if taken else 3.0)
     (carried,) = told
     assert carried.keys == (HUM,) and carried.refit.misfit == 3.0
     assert carried.refit.point.coordinates[model.index("A")] == 0.7
