@@ -19,8 +19,9 @@ the second changes friction itself: one that mends the shape of the first keeps 
 def credited(accounts: Sequence[Account], nominal: float) -> dict[tuple[str, ...], float]:
     """What steadier friction is worth to every account: nothing where it leaves far more than the best, for
     what is left bends levels, or more than none does; to two effects as much as to the better of them alone,
-    and a share of what is beyond that where they leave no more than one and the second changes friction; and
-    to an effect that leaves more, as much as to two of which it is one, for that does not tell it from them.
+    but not to one that leaves far more and does not change friction itself, and a share of what is beyond
+    that where they leave no more than one and the second changes friction; and to an effect that leaves more,
+    as much as to two of which it is one, for that does not tell it from them.
     """
     singles = [account for account in accounts if len(account.keys) == 1]
     alone = {account.keys[0]: account.steadier for account in singles}
@@ -30,8 +31,9 @@ def credited(accounts: Sequence[Account], nominal: float) -> dict[tuple[str, ...
     most = min(NEARLY_BEST * best, NO_WORSE * nominal)
 
     def worth(account: Account) -> float:
-        better = max(alone.get(key, 0.0) for key in account.keys)
         second = max(account.keys, key=lambda key: left.get(key, math.inf))
+        bent = second not in account.of_friction and left.get(second, math.inf) > most
+        better = max(alone.get(k, 0.0) for k in account.keys if k != second or not bent)
         counts = second in account.of_friction and account.misfit <= least
         beyond = max(account.steadier - better, 0.0) if counts else 0.0
         return min(account.steadier, better) + BOTH * beyond

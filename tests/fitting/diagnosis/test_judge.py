@@ -114,6 +114,15 @@ def test_steady_friction_is_no_evidence_for_what_leaves_far_more_than_another():
     assert (found.verdict, found.named) == ("effect", (SHELF[0],))
 
 
+@pytest.mark.parametrize(("left", "of_friction", "verdict"), [(2.1, 0, "effect"), (2.1, 2, "several")])
+def test_steady_friction_is_no_evidence_for_a_second_that_does_not_change_it(left, of_friction, verdict):
+    """Where it leaves far more alone: what it did for the levels then is the first one's doing."""
+    first = dataclasses.replace(account(0, 0.99), steadier=6.0)
+    second = dataclasses.replace(account(1, left), steadier=30.0)
+    two = dataclasses.replace(both(0.99), steadier=40.0, of_friction=tuple(SHELF[:of_friction]))
+    assert judge(1.9, [first, second, two], SAMPLES, 44.0, SHELF, scatters=True).verdict == verdict
+
+
 def test_steady_friction_is_no_evidence_for_what_leaves_more_than_no_effect_at_all():
     """Such a search has ended elsewhere."""
     for misfit, verdict in ((0.87, "none"), (0.855, "effect")):
