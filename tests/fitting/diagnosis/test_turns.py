@@ -63,10 +63,21 @@ def laid() -> Laid:
     return Laid(paper, bench.take(held.fitted), held, right, poor)
 
 
-def surveyed(laid: Laid, monkeypatch: pytest.MonkeyPatch, *script: tuple[Refit, float, float]):
+def surveyed(
+    laid: Laid,
+    monkeypatch: pytest.MonkeyPatch,
+    *script: tuple[Refit, float, float],
+    asked: list[Bench] | None = None,
+):
     """What is found where surveys come, one after the other, to these refits with these misfits above these
-    floors; all of them are made, and no more, and each is told what the one before found."""
+    floors; all of them are made, and no more, and each is told what the one before found. No other contact
+    explains anything; `asked` takes the benches on which one was tried."""
     left, known = list(script), []
+
+    def beside(chosen: Chosen, bench: Bench, seen: Survey, *others: object) -> tuple[Chosen, Survey]:
+        if asked is not None:
+            asked.append(bench)
+        return chosen, seen
 
     def scripted(*given: object) -> Survey:
         assert list(given[5:]) == known[-1:]
@@ -76,6 +87,7 @@ def surveyed(laid: Laid, monkeypatch: pytest.MonkeyPatch, *script: tuple[Refit, 
         return Survey(fit, SCREEN, known[-1], floor)
 
     monkeypatch.setattr(turns, "survey", scripted)
+    monkeypatch.setattr(turns, "beside_single_effects", beside)
     found = turns.surveyed(laid.paper, laid.plain, laid.right.point, laid.held, Silent())
     assert not left
     return found
@@ -108,14 +120,8 @@ def test_contacts_are_tried_where_something_is_left_and_where_friction_scatters(
     laid, monkeypatch, script, tried
 ):
     """For scatter hides what they leave."""
-    asked = []
-
-    def beside(chosen: Chosen, bench: Bench, seen: Survey, *others: object) -> tuple[Chosen, Survey]:
-        asked.append(bench)
-        return chosen, seen
-
-    monkeypatch.setattr(turns, "beside_single_effects", beside)
-    surveyed(laid, monkeypatch, *((laid.right, *each) for each in script))
+    asked: list[Bench] = []
+    surveyed(laid, monkeypatch, *((laid.right, *each) for each in script), asked=asked)
     assert len(asked) == tried and all(bench.scatters == (len(script) > 1) for bench in asked)
 
 
