@@ -11,17 +11,21 @@ NEARLY_BEST = 1.15
 NO_WORSE = 1.005
 """What steadier friction is worth counts for explanations that leave no more than so many times the least,
 and than so many times what none leaves: the search for one that leaves more has ended elsewhere."""
+MENDS = 0.4
+"""By such a share of what the first effect does for it a second one makes friction steadier that mends the
+shape of the first: of two sealed cases that had one effect it did by 0.28 and 0.29 of it, of one that had
+two by 2."""
 BOTH = 0.5
-"""The share that counts of what friction is steadier under two effects than under the better of them, where
-the second changes friction itself: one that mends the shape of the first keeps friction steadier, too."""
+"""The share that counts of what friction is steadier under two effects beyond that, where the second changes
+friction itself."""
 
 
 def credited(accounts: Sequence[Account], nominal: float) -> dict[tuple[str, ...], float]:
     """What steadier friction is worth to every account: nothing where it leaves far more than the best, for
     what is left bends levels, or more than none does; to two effects as much as to the better of them alone,
-    but not to one that leaves far more and does not change friction itself, and a share of what is beyond
-    that where they leave no more than one and the second changes friction; and to an effect that leaves more,
-    as much as to two of which it is one, for that does not tell it from them.
+    but not to one that leaves far more and does not change friction itself, and a share of what is well
+    beyond that where they leave no more than one and the second changes friction; and to an effect that
+    leaves more, as much as to two of which it is one, for that does not tell it from them.
     """
     singles = [account for account in accounts if len(account.keys) == 1]
     alone = {account.keys[0]: account.steadier for account in singles}
@@ -35,7 +39,7 @@ def credited(accounts: Sequence[Account], nominal: float) -> dict[tuple[str, ...
         bent = second not in account.of_friction and left.get(second, math.inf) > most
         better = max(alone.get(k, 0.0) for k in account.keys if k != second or not bent)
         counts = second in account.of_friction and account.misfit <= least
-        beyond = max(account.steadier - better, 0.0) if counts else 0.0
+        beyond = max(account.steadier - (1 + MENDS) * better, 0.0) if counts else 0.0
         return min(account.steadier, better) + BOTH * beyond
 
     near = {account.keys: worth(account) for account in accounts if account.misfit <= most}

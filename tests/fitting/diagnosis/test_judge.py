@@ -123,6 +123,14 @@ def test_steady_friction_is_no_evidence_for_a_second_that_does_not_change_it(lef
     assert judge(1.9, [first, second, two], SAMPLES, 44.0, SHELF, scatters=True).verdict == verdict
 
 
+@pytest.mark.parametrize(("steadier", "verdict"), [(116.0, "effect"), (230.0, "several")])
+def test_a_second_that_mends_the_shape_of_the_first_is_told_from_one_that_acts(steadier, verdict):
+    """It makes friction a little steadier, too."""
+    first = dataclasses.replace(account(0, 1.086), steadier=90.0)
+    two = dataclasses.replace(both(1.067), steadier=steadier, of_friction=tuple(SHELF[:2]))
+    assert judge(1.98, [first, account(1, 1.257), two], SAMPLES, 1.2, SHELF).verdict == verdict
+
+
 def test_steady_friction_is_no_evidence_for_what_leaves_more_than_no_effect_at_all():
     """Such a search has ended elsewhere."""
     for misfit, verdict in ((0.87, "none"), (0.855, "effect")):
