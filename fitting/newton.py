@@ -67,9 +67,12 @@ class Robust:
         limit = OUTLIER * self.level * self.dof
         return np.sqrt(np.minimum(1.0, limit / np.maximum(cost, 1e-300)))
 
-    def total(self, cost: np.ndarray) -> float:
+    def each(self, cost: np.ndarray) -> np.ndarray:
         limit = OUTLIER * self.level * self.dof
-        return float(np.sum(np.where(cost <= limit, cost, 2 * np.sqrt(limit * cost) - limit)))
+        return np.where(cost <= limit, cost, 2 * np.sqrt(limit * cost) - limit)
+
+    def total(self, cost: np.ndarray) -> float:
+        return float(np.sum(self.each(cost)))
 
 
 @dataclasses.dataclass(frozen=True)

@@ -2,8 +2,9 @@
 
 A lane that loses an event costs a good deal under one hypothesis and little under another, whatever the two
 say of the rig; and one cycle in which a rig did something else is no effect either. What acts on the rig is
-seen in more than one lane: none says more for an explanation than all others together. On influential
-observations: Cook, Weisberg, Residuals and Influence in Regression, Chapman and Hall 1982, section 3.1.
+seen in more than one lane: where the others say little for an explanation, none says more than all of them.
+On influential observations: Cook, Weisberg, Residuals and Influence in Regression, Chapman and Hall 1982,
+section 3.1.
 """
 
 from __future__ import annotations
@@ -13,22 +14,34 @@ from collections.abc import Iterable
 import numpy as np
 
 from fitting.diagnosis.bench import Bench
-from fitting.diagnosis.refit import Refit, misfit_of
+from fitting.diagnosis.refit import Refit
+from fitting.newton import Robust
+
+ENOUGH = 30.0
+"""Where all lanes but the loudest gain so much chi-square, they would be believed without it."""
 
 
-def heard(before: np.ndarray, cost: np.ndarray) -> np.ndarray:
-    """The cost of every lane, where the one that gains most since `before` gains no more than all others
-    together."""
-    gained = before - cost
+def heard(before: np.ndarray, now: np.ndarray) -> np.ndarray:
+    """The loss of every lane, where the one that gains most since `before` gains no more than all others
+    together, unless these gain `ENOUGH`."""
+    gained = before - now
     loudest = int(np.argmax(gained))
-    others = max(float(gained.sum() - gained[loudest]), 0.0)
-    counted = cost.copy()
-    counted[loudest] += max(float(gained[loudest]) - others, 0.0)
+    others = float(gained.sum() - gained[loudest])
+    if others >= ENOUGH:
+        return now
+    counted = now.copy()
+    counted[loudest] += max(float(gained[loudest]) - max(others, 0.0), 0.0)
     return counted
 
 
 def told_by_many(bench: Bench, fit: Refit, against: Iterable[Refit]) -> float:
-    """The misfit of a refit, in which no lane says more for it than all others, compared with each of several
-    others."""
-    counted = np.max([fit.cost, *(heard(other.cost, fit.cost) for other in against)], axis=0)
-    return fit.price(bench) * misfit_of(counted, bench.dof())
+    """The misfit of a refit as it is `heard`, compared with each of several others. What a lane loses counts
+    as in every misfit, outliers weighed down."""
+    dof = bench.dof()
+
+    def loss(one: Refit) -> np.ndarray:
+        return Robust.around(one.cost, dof).each(one.cost)
+
+    own = loss(fit)
+    counted = np.max([own, *(heard(loss(other), own) for other in against)], axis=0)
+    return fit.price(bench) * float(counted.sum() / dof.sum())
