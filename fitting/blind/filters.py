@@ -57,7 +57,7 @@ def moving_average(samples: Floats, step: float, time: float) -> Floats:
     Before it is full it holds what there has been."""
     index = np.arange(float(len(samples)))
     back = np.maximum(index - 2.0 * time / step, 0.0)
-    whole = np.minimum(back.astype(int), max(len(samples) - 2, 0))
+    whole = back.astype(int)
     part, slope = back - whole, np.diff(samples, append=samples[-1])
     sums = np.concatenate(([0.0], np.cumsum(0.5 * (samples[1:] + samples[:-1]))))
     before = sums[whole] + part * (samples[whole] + 0.5 * part * slope[whole])

@@ -64,7 +64,8 @@ def unrepeated(model: Model, bench: Bench, fits: Sequence[Refit]) -> float:
 def _least(model: Model, bench: Bench, fits: Sequence[Refit], prices: Sequence[float], least: float) -> float:
     first, second = successive(bench.phase)
     if not bench.wanders:
-        told = np.isin(bench.phase[first], _often(bench.phase[first]))
+        label = bench.phase[first]
+        told = np.bincount(label)[label] >= FEWEST_CYCLES
         first, second = first[told], second[told]
     elif least == 1 and not all(wanders(fit) for fit in fits):
         return 1.0
@@ -90,12 +91,6 @@ def successive(phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             pairs.append((last[label], lane))
         last[label] = lane
     return tuple(np.array(pairs, int).reshape(-1, 2).T)  # pyright: ignore[reportReturnType]
-
-
-def _often(labels: np.ndarray) -> np.ndarray:
-    """The labels that are there often enough to tell what drifts from what scatters."""
-    kinds, counts = np.unique(labels, return_counts=True)
-    return kinds[counts >= FEWEST_CYCLES]
 
 
 def _pure_error(bench: Bench, residual: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:

@@ -28,7 +28,7 @@ LEAST_REDUCIBLE = 0.02
 GAPING, OPEN = 1.5, 0.3
 """A gap of more than so many times its floor is there to be closed; a cause closes more than this share,"""
 ONLY_HERE = 1.2
-"""A gap of so many times its floor is there to be closed where what was fitted shows none."""
+"""A gap of so many times its floor is more than noise where what was fitted shows none."""
 CLEARLY = 1.003
 """What makes a gap so many times as large makes it worse by more than chance: of 182 sealed cases in which an
 effect was named two that were off the shelf did, and none in which the right one was."""

@@ -19,7 +19,7 @@ from fitting.diagnosis.model import Model
 from fitting.diagnosis.next_run import rivals
 from fitting.diagnosis.repeatability import wander_of
 from fitting.diagnosis.scatter import Scatter
-from fitting.diagnosis.shrink import LEAST_REDUCIBLE, NOTABLE_STEADINESS, Split
+from fitting.diagnosis.shrink import LEAST_REDUCIBLE, NOTABLE_STEADINESS, ONLY_HERE, Split
 from fitting.diagnosis.verdict import alternatives
 from fitting.problem import Problem
 
@@ -30,8 +30,8 @@ LITTLE = 0.03
 """A smaller share of the gap is nothing."""
 SAME_GAP = 0.01
 """Gaps that differ by less than this share of them are the same."""
-LEFT_OVER, LEFT_ON_OTHERS = 1.5, 1.2
-"""A misfit, and a gap on what took no part, of more than so many times the floor is more than noise."""
+LEFT_OVER = 1.5
+"""A misfit of more than so many times the floor is more than noise."""
 MUCH = 1.0
 """Friction that wanders by more than so many percent is part of the verdict."""
 
@@ -241,7 +241,7 @@ def remainders(found: Attribution, named: Explanation | None, shrunk: Closure) -
     if best > LEFT_OVER:
         return [f"What is named leaves a misfit of {best:.3g} times what no model can get below: {why}"]
     over = shrunk.after / shrunk.floor
-    if passes_for_noise(named.refit.misfit / found.floor) and over > LEFT_ON_OTHERS:
+    if passes_for_noise(named.refit.misfit / found.floor) and over > ONLY_HERE:
         return [
             f"What is named leaves next to nothing where it was fitted, but on {_held(shrunk)} that took no "
             f"part {over:.3g} times what no model can get below: {why}"

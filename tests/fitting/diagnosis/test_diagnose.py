@@ -59,23 +59,33 @@ def plain() -> Diagnosis:
     return diagnose(records(0.0, 2), DiagnosisSettings(hold_out=(HELD_OUT,), workers=2))
 
 
+KEY = next(iter(catalogue()))
+
+
+def once_confirmed(nominal: float, account: Account, samples: float, shrunk: Closure) -> str:
+    """The verdict on records in which the nominal model leaves this misfit and the one effect that explains
+    them, which is named, what the account says, once runs that took no part have spoken."""
+    judgement = judge(nominal, [account], samples, 1.5, list(catalogue()))
+    assert (judgement.verdict, judgement.named) == ("effect", account.keys)
+    named: Any = types.SimpleNamespace(
+        keys=account.keys, refit=types.SimpleNamespace(cost=np.array([account.misfit]))
+    )
+    found: Any = types.SimpleNamespace(
+        judgement=judgement,
+        nominal=types.SimpleNamespace(cost=np.array([nominal])),
+        shows_no_gap=passes_for_noise(nominal),
+    )
+    return confirmed(found, named, shrunk).verdict
+
+
 @pytest.mark.parametrize(
     ("nominal", "after", "verdict"),
     [(1.2, 1.02, "unlisted"), (1.2, 1.001, "effect"), (1.2, 0.98, "effect"), (1.09, 1.001, "none")],
 )
 def test_what_makes_it_worse_where_it_was_not_fitted_is_not_the_cause(nominal, after, verdict):
     """Off the shelf where there is a gap to be explained, nothing where there is none."""
-    (key, *_) = shelf = list(catalogue())
-    judgement = judge(nominal, [Account((key,), 0.9, 1)], 16000.0, 1.5, shelf)
-    assert (judgement.verdict, judgement.named) == ("effect", (key,))
-    named: Any = types.SimpleNamespace(keys=(key,), refit=types.SimpleNamespace(cost=np.array([0.9])))
-    found: Any = types.SimpleNamespace(
-        judgement=judgement,
-        nominal=types.SimpleNamespace(cost=np.array([nominal])),
-        shows_no_gap=passes_for_noise(nominal),
-    )
     shrunk = Closure(1.0, after, 0.97, 2.0, 0.0, (-0.5, 0.5), 0.0, 0.0, (HELD_OUT,), False)
-    assert confirmed(found, named, shrunk).verdict == verdict
+    assert once_confirmed(nominal, Account((KEY,), 0.9, 1), 16000.0, shrunk) == verdict
 
 
 @pytest.mark.parametrize(
@@ -89,19 +99,10 @@ def test_what_makes_it_worse_where_it_was_not_fitted_is_not_the_cause(nominal, a
 )
 def test_what_only_makes_friction_steadier_closes_a_gap_that_is_there(nominal, before, closed, verdict):
     """Of an effect that is named for that, where what was fitted shows no gap, other runs may show one."""
-    (key, *_) = shelf = list(catalogue())
-    judgement = judge(nominal, [Account((key,), 0.95, 1, steadier=25.0)], 200.0, 1.5, shelf)
-    assert (judgement.verdict, judgement.named) == ("effect", (key,))
-    named: Any = types.SimpleNamespace(keys=(key,), refit=types.SimpleNamespace(cost=np.array([0.5])))
-    found: Any = types.SimpleNamespace(
-        judgement=judgement,
-        nominal=types.SimpleNamespace(cost=np.array([1.0])),
-        shows_no_gap=passes_for_noise(nominal),
-    )
     shrunk = Closure(
         before, 1.28, 1.0, 2.0, 0.09, (0.0, closed), 0.0, 0.0, (HELD_OUT,), False, gain=0.7, steadier=20.0
     )
-    assert confirmed(found, named, shrunk).verdict == verdict
+    assert once_confirmed(nominal, Account((KEY,), 0.95, 1, steadier=25.0), 200.0, shrunk) == verdict
 
 
 def test_the_cause_is_named_with_its_size(hardened):
