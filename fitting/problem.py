@@ -28,6 +28,8 @@ TYPICAL_DECAYS = (4.0, 12.0, 40.0)
 """B times the top speed: weakening over a quarter, a twelfth, a fortieth of the speeds in the data."""
 FAR = 50.0
 """By what factor a shape may differ from the typical one."""
+ROOM = 3.0
+"""How many times less or more than what is assumed a constant may be, whatever the data show."""
 SCATTER = {"A": 0.7, "B": 0.9, "C": 0.15, "D": 1.0, "k1": 1.2}
 """Standard deviation of the logarithm of random starting values around those read off the data."""
 
@@ -80,7 +82,10 @@ def pose(dataset: DataSet, settings: Settings) -> Problem:
     hypothesis = Hypothesis(
         oscillator, _at_typical(effects, settings.effects, dataset.effects, scale, period)
     )
-    members = [*_constants(scale), *_of_effects(hypothesis, settings.effects, dataset.effects, scale, period)]
+    members = [
+        *_constants(scale, dataset.assumed),
+        *_of_effects(hypothesis, settings.effects, dataset.effects, scale, period),
+    ]
     members += [_freed(hypothesis, dataset.rig, name) for name in settings.free]
     return Problem(dataset, signals, chosen, scale, first, hypothesis, Unknowns(tuple(members)), period)
 
@@ -125,17 +130,27 @@ def time_scale(signals: Sequence[Signals]) -> float:
     return max(natural_period(signal.run.rig) or 400 * signal.run.interval for signal in signals)
 
 
-def _constants(scale: Scales) -> list[Unknown]:
+def _constants(scale: Scales, assumed: AssumedConstants) -> list[Unknown]:
     """A, B, C, D, k1 within bounds set by the force F, speed V and travel X that the data show: A, C and D V
-    up to 3 F; B V from 0.5 to 2000; k1 from F/X to 5000 F/X."""
+    up to 3 F; B V from 0.5 to 2000; k1 from F/X to 20000 F/X; and at least from a third of what is assumed to
+    three times as much."""
     force, speed, travel = scale.force, scale.speed, scale.displacement
-    return [
+    found = [
         Unknown("A", "N", 0.0, 3 * force, "linear", force),
         Unknown("B", "s/m", 0.5 / speed, 2000 / speed, "log"),
         Unknown("C", "N", 0.0, 3 * force, "linear", force),
         Unknown("D", "N s/m", 0.0, 3 * force / speed, "linear", force / speed),
-        Unknown("k1", "N/m", force / travel, 5000 * force / travel, "log"),
+        Unknown("k1", "N/m", force / travel, 20000 * force / travel, "log"),
     ]
+    return [_around(unknown, getattr(assumed, unknown.name)) for unknown in found]
+
+
+def _around(unknown: Unknown, stated: float | None) -> Unknown:
+    """An unknown whose bounds leave room around what is stated, if that is more than nothing."""
+    if not stated:
+        return unknown
+    low, high = stated / ROOM, stated * ROOM
+    return dataclasses.replace(unknown, lower=min(unknown.lower, low), upper=max(unknown.upper, high))
 
 
 def natural_size(unit: str, scale: Scales, period: float) -> float:
