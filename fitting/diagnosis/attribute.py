@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.diagnosis.accounts import Account
-from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contacts import NOTABLE, carried, free_under
 from fitting.diagnosis.credit import NEARLY_BEST
 from fitting.diagnosis.enough import hints, leaves_nothing, passes_for_noise
@@ -127,31 +127,31 @@ def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> A
 
 def on_another_contact(model: Model, bench: Bench, found: Attribution, other: Model) -> Attribution:
     """The best explanations and the nominal model fitted once more under another contact, weighed there."""
-
-    def again(fit: Refit) -> Refit:
-        point = carried(fit.point, model, other)
-        (moved,) = refit(other, bench, [point], [free_under(fit, model, other)])
-        return released(other, bench, moved)
-
-    best = found.leading
-    nominal, *fits = other.side_by_side(again, [found.nominal, *(e.refit for e in best)])
-    explanations = [dataclasses.replace(e, refit=fit) for e, fit in zip(best, fits, strict=True)]
+    fits = found.nominal, *(e.refit for e in found.leading)
+    points = [carried(fit.point, model, other) for fit in fits]
+    nominal, best = _again(other, bench, found, points, [free_under(fit, model, other) for fit in fits])
     floor = min(found.floor, floor_of(other, bench, [nominal]))
-    return _weighed(other, bench, nominal, explanations, found.screen, found.inflation, floor)
+    return _weighed(other, bench, nominal, best, found.screen, found.inflation, floor)
 
 
 def on_another_bench(model: Model, bench: Bench, found: Attribution) -> Attribution:
     """The best explanations and the nominal model fitted once more to the same lanes weighed otherwise, and
     judged by that."""
-    best = found.leading
-    before = [found.nominal, *(e.refit for e in best)]
-    fits = refit(model, bench, [fit.point for fit in before], [fit.free for fit in before])
-    nominal, *fits = model.side_by_side(lambda fit: released(model, bench, fit), fits)
-    explanations = [dataclasses.replace(e, refit=fit) for e, fit in zip(best, fits, strict=True)]
-    leader = min(explanations, key=lambda e: e.refit.misfit).refit
+    fits = found.nominal, *(e.refit for e in found.leading)
+    nominal, best = _again(model, bench, found, [fit.point for fit in fits], [fit.free for fit in fits])
+    leader = min(best, key=lambda e: e.refit.misfit).refit
     around = screen(model, bench, leader, own_group=True, shapes=[])
     floor = floor_of(model, bench, [nominal, leader])
-    return _weighed(model, bench, nominal, explanations, found.screen, _inflation(bench, around), floor)
+    return _weighed(model, bench, nominal, best, found.screen, _inflation(bench, around), floor)
+
+
+def _again(
+    model: Model, bench: Bench, found: Attribution, points: Sequence[Point], frees: Sequence[np.ndarray]
+) -> tuple[Refit, list[Explanation]]:
+    """The nominal model and the leading explanations, fitted once more from these points on."""
+    fits = refit(model, bench, points, frees)
+    nominal, *others = model.side_by_side(lambda fit: released(model, bench, fit), fits)
+    return nominal, [dataclasses.replace(e, refit=fit) for e, fit in zip(found.leading, others, strict=True)]
 
 
 def _weighed(

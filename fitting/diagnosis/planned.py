@@ -8,13 +8,12 @@ from collections.abc import Sequence
 import equinox as eqx
 import numpy as np
 
-from fitting.cycle import samples_a_cycle
 from fitting.diagnosis.findings import Plan
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit
 from fitting.problem import Problem
 from fitting.signals import Signals, read_signals
-from jaxstick.formats.harmonic import fit_harmonic
+from jaxstick.cycle import cycle_of
 from jaxstick.hypothesis import Hypothesis
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parts.drive import SineDrive
@@ -58,16 +57,10 @@ def plans(problem: Problem) -> list[Plan]:
 
 
 def _plan(signal: Signals) -> Plan | None:
-    run, cycle = signal.run, samples_a_cycle(signal.run)
-    if cycle is None:
+    cycle = cycle_of(signal.run)
+    if cycle is None or not (amplitude := cycle.base_amplitude or cycle.force_amplitude):
         return None
-    frequency = 1 / (cycle * run.interval)
-    if run.base is None and run.base_amplitude:
-        return Plan(frequency, run.base_amplitude, by_force=False)
-    channel, by_force = (run.force, True) if run.base is None else (run.base, False)
-    if channel is None or np.ptp(channel) == 0 or len(run.time) < cycle:
-        return None
-    return Plan(frequency, fit_harmonic(run.time, channel, frequency).amplitude, by_force)
+    return Plan(cycle.frequency, amplitude, by_force=cycle.force_amplitude > 0)
 
 
 def _sampling(problem: Problem) -> tuple[float, float]:
