@@ -48,6 +48,20 @@ def _power_of_age(p: Physics, rate: float, shape: Shape, run: RunFacts) -> Physi
     return replace(_logarithmic_age(p, rate, shape, run), dwell_power=0.3)
 
 
+def _torn(scales: Scales, random: np.random.Generator) -> Shape:
+    return {"length": scales.stroke * between(random, 0.005, 0.05)}
+
+
+def _peak(p: Physics, share: float, shape: Shape, run: RunFacts) -> Physics:
+    """g (1 + share exp(-s/length)), s the distance slid in this slip."""
+    return replace(p, peak=share, peak_length=shape["length"])
+
+
+def _straight_peak(p: Physics, share: float, shape: Shape, run: RunFacts) -> Physics:
+    """+ share C (1 - s/(2 length)), down to nothing."""
+    return replace(p, peak=share, peak_length=2.0 * shape["length"], peak_linear=1.0)
+
+
 def _gradient(p: Physics, slope: float, shape: Shape, run: RunFacts) -> Physics:
     """g (1 + slope s), s the place on the track."""
     return replace(p, track=slope)
@@ -161,6 +175,16 @@ FRICTION = (
         key="dwell_strengthening", version="B", strength="growth", unit="1", signed=False,
         typical=lambda s: 0.02, most=lambda s: 0.2, shape=_renewal,
         shape_units={"cutoff": "s", "distance": "m"}, physics=_power_of_age,
+    ),
+    Formulation(
+        key="slip_weakening", version="A", strength="peak", unit="1", signed=False,
+        typical=lambda s: 0.05, most=lambda s: 0.4, shape=_torn,
+        shape_units={"length": "m"}, physics=_peak,
+    ),
+    Formulation(
+        key="slip_weakening", version="B", strength="peak", unit="1", signed=False,
+        typical=lambda s: 0.05, most=lambda s: 0.4, shape=_torn,
+        shape_units={"length": "m"}, physics=_straight_peak,
     ),
     Formulation(
         key="position_dependent_friction", version="A", strength="gradient", unit="1/m",

@@ -105,7 +105,10 @@ def _limit(p, s, speed, seen, age, direction):
     if p.squeeze != 0.0:
         limit += p.squeeze * speed * speed
     if p.peak != 0.0:
-        limit += p.peak * exp(-s[SLIPPED] / p.peak_length)
+        if p.peak_linear > 0.0:
+            limit += p.peak * p.C * max(1.0 - s[SLIPPED] / p.peak_length, 0.0)
+        else:
+            limit *= 1.0 + p.peak * exp(-s[SLIPPED] / p.peak_length)
     return max(limit, 1e-3 * p.C)
 
 

@@ -49,6 +49,9 @@ class Physics:
     dwell_time: float = 1.0  # s
     dwell_slip: float = 1.0  # m, sliding that renews the contact
     dwell_power: float = 0.0  # 0: logarithm of the age, on the whole limit; else on C, ageing in slip too
+    peak: float = 0.0
+    peak_length: float = 1.0  # m
+    peak_linear: float = 0.0  # 0: exponential, on the whole limit; 1: a straight line, on C
     track: float = 0.0  # 1/m
     track_length: float = 0.0  # m, 0: a straight line
     waviness: float = 0.0
@@ -122,8 +125,6 @@ class Physics:
     squeeze: float = 0.0  # N s^2/m^2
     irreversible: float = 0.0
     irreversible_acceleration: float = 1.0  # m/s^2
-    peak: float = 0.0  # N
-    peak_length: float = 1.0  # m
 
     def record(self) -> NDArray[np.void]:
         """The constants as one record of compiled code, an array of length 1."""

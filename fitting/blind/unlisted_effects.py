@@ -129,11 +129,6 @@ def _irreversible(p: Physics, share: float, shape: Shape, run: RunFacts) -> Phys
     return replace(p, irreversible=share, irreversible_acceleration=shape["acceleration"])
 
 
-def _peak(p: Physics, force: float, shape: Shape, run: RunFacts) -> Physics:
-    """Extra friction in the first bit of every slip."""
-    return replace(p, peak=force, peak_length=shape["length"])
-
-
 def _away_from(scales: Scales, random: np.random.Generator) -> Shape:
     """A frequency [Hz] between the natural one and a tenth of the sampling, and a phase."""
     return {"frequency": between(random, 1.6, 7.0) / scales.period, "phase": angle(random)}
@@ -224,11 +219,5 @@ UNLISTED = (
         shape=lambda s, random: {"acceleration": s.acceleration * between(random, 0.1, 0.5)},
         shape_units={"acceleration": "m/s^2"}, physics=_irreversible,
     ),
-    Formulation(
-        key="stiction_peak", version="unlisted", strength="force", unit="N", signed=False,
-        typical=lambda s: 0.05 * s.force, most=lambda s: 0.4 * s.force,
-        shape=lambda s, random: {"length": s.stroke * between(random, 0.005, 0.05)},
-        shape_units={"length": "m"}, physics=_peak,
-    ),
 )  # fmt: skip
-"""Fifteen kinds of effects that have no place in the catalogue."""
+"""Fourteen kinds of effects that have no place in the catalogue."""

@@ -200,9 +200,16 @@ def test_scatter_hides_what_else_would_be_told():
 
 def test_what_leaves_a_good_part_of_a_small_gap_is_off_the_shelf():
     """It need not leave a tenth above the noise; but next to the noise nothing is called so."""
-    assert judge(1.52, [account(0, 1.12)], SAMPLES, 40.0, SHELF).verdict == "unlisted"
+    assert judge(1.52, [account(0, 1.25)], SAMPLES, 40.0, SHELF).verdict == "unlisted"
     assert judge(1.52, [account(0, 1.02)], SAMPLES, 40.0, SHELF).named == (SHELF[0],)
     assert judge(1.05, [account(0, 1.04)], SAMPLES, 40.0, SHELF).verdict == "none"
+
+
+def test_an_effect_of_another_form_than_on_the_shelf_is_still_that_effect():
+    """It leaves a fifth of the excess, what only resembles the cause two fifths and more."""
+    likely = judge(3.0, [account(0, 1.36), account(1, 2.6)], SAMPLES, 3.0, SHELF)
+    assert (likely.verdict, likely.named) == ("effect", (SHELF[0],))
+    assert judge(3.0, [account(0, 1.9), account(1, 2.6)], SAMPLES, 3.0, SHELF).verdict == "unlisted"
 
 
 def test_two_that_leave_more_than_one_of_them_are_not_named_for_steadier_friction():

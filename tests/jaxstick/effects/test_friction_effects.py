@@ -22,7 +22,7 @@ from jaxstick.parts.contact import Approach, LoadedContact, Passage, SmoothConta
 from jaxstick.parts.drive import AbstractDrive, Excitation, RecordedDrive, SineDrive
 from jaxstick.parts.friction import ExponentialFriction
 from jaxstick.parts.rig import Rig
-from jaxstick.parts.track import Track
+from jaxstick.parts.track import Trace, Track
 from jaxstick.simulate import Grid, march, simulate
 from tests.jaxstick.rig1987_runs import RIG, constants
 
@@ -273,6 +273,39 @@ def test_the_age_at_the_start_is_that_of_the_start() -> None:
     assert second > 1.1 * first
 
 
+@pytest.mark.parametrize("rest", [0.01, 1.0])
+def test_static_friction_is_lost_over_a_distance_and_is_back_after_any_stop(rest: float) -> None:
+    """A slow pull, a stop of `rest` seconds, and the pull again: 1 + peak exp(-s/length) times the law."""
+    step, speed, peak, length = 1e-3, 1e-3, 0.2, 5e-5
+    pull = speed * step * np.arange(1, 601)
+    path = np.concatenate([pull, np.full(round(rest / step), pull[-1]), pull[-1] - pull])
+    force = -dragged(contact_of("slip_weakening", peak=peak, length=length), path, step)
+    creeping = A * math.exp(-B * speed) + C
+    for there, sense in ((force[:598], 1), (force[-598:], -1)):
+        along = sense * there
+        assert along.max() == pytest.approx(creeping * (1 + peak), rel=5e-3)
+        slid = (np.arange(598) - np.argmax(along)) * speed * step
+        beyond = slid > 0
+        expected = creeping * (1 + peak * np.exp(-slid[beyond] / length))
+        np.testing.assert_allclose(along[beyond], expected, rtol=0.02 * peak)
+
+
+def test_a_mass_that_is_picked_up_in_slip_has_lost_what_it_has_slid() -> None:
+    """At 2 mm/s for 40 ms, after 0.1 s the other way: what is left at the start is that of 80 um."""
+    lags = np.linspace(0.0, 0.14, 281)
+    rates = Trace(lags, np.where(lags < 0.04, 2e-3, -2e-3))
+    contact = contact_of("slip_weakening", peak=0.2, length=1e-4)
+    traction = Traction(limit=lambda rate, sense: STATIC, viscous=lambda rate, sense: 0.0)
+
+    def begun(approach: Approach) -> float:
+        return -float(contact.initial(approach, traction)[0]) / STATIC - 1
+
+    onward = Approach(-2 * STATIC, 2e-3, 0.0)
+    assert begun(onward._replace(rates=rates)) == pytest.approx(0.2 * math.exp(-0.8), rel=0.02)
+    assert begun(onward) == pytest.approx(0.0, abs=1e-12)
+    assert begun(onward._replace(rate=0.0, rest=0.1)) == pytest.approx(0.2)
+
+
 @pytest.mark.parametrize("contact", [LoadedContact(K1), SmoothContact(K1)])
 def test_the_stuck_mass_rings_down_with_the_damping_of_the_contact(contact) -> None:
     """x = exp(-zeta w t) ..., w = sqrt(k1/m), 2 zeta w = damping/m, below a limit that is out of reach."""
@@ -397,6 +430,7 @@ FRICTION = {
     "microslip": {"share": 0.15},
     "periodic_track": {"cosine": 0.03, "sine": 0.03},
     "position_dependent_friction": {"gradient": 10.0},
+    "slip_weakening": {"peak": 0.05},
     "stribeck_shape": {"excess": 0.3},
 }
 

@@ -1,0 +1,105 @@
+"""Static friction that is higher than friction in slip, and is lost over a distance."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, ClassVar
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxstick.effect import AbstractEffect, Card
+from jaxstick.oscillator import Oscillator
+from jaxstick.parameter import parameter
+from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction
+from jaxstick.parts.motion import Scalar
+from jaxstick.parts.track import Trace
+
+
+class SlipWeakening(AbstractEffect):
+    """Multiplies the limit of the contact by 1 + peak exp(-s/length), s the distance slid since it stuck.
+
+    In stick s is 0, however long or short that lasts. A motion that is picked up in the middle of a record
+    has slid as far as the record before it says; without one, a mass in motion has slid for long.
+    """
+
+    card: ClassVar[Card] = Card(
+        title="Static friction stands above friction in slip",
+        family="friction",
+        symptom=(
+            "A peak of the force at every breakaway, as high after short stops as after long ones, that is "
+            "gone after a distance rather than at a speed; before it and beyond it all is as the law says."
+        ),
+        explanation=(
+            "Junctions that have formed at rest, a bonded film or interlocked asperities, have to be torn "
+            "before the surfaces slide. Once torn they carry less until the next stop. The law's own A is "
+            "lost with speed, which looks alike where every breakaway speeds up alike."
+        ),
+        remedy=(
+            "Break away slowly and fast: a peak over distance keeps its width in displacement, one over "
+            "speed does not. Vary the time of rest to tell it from ageing. Running-in or a boundary additive "
+            "lowers it."
+        ),
+        source=(
+            "Ida, Cohesive force across the tip of a longitudinal-shear crack and Griffith's specific "
+            "surface energy, J. Geophys. Res. 77 (1972) 3796; Rabinowicz, The nature of the static and "
+            "kinetic coefficients of friction, J. Appl. Phys. 22 (1951) 1373."
+        ),
+    )
+    peak: Float[Array, ""] | float = parameter(
+        "1",
+        "relative excess of static friction over what the law gives",
+        lower=0.0,
+        upper=1.0,
+        null=0.0,
+        typical=0.05,
+        default=0.0,
+    )
+    length: Float[Array, ""] | float = parameter(
+        "m", "distance of slip that takes the excess away to 1/e", lower=1e-9, typical=2e-2, default=1e-4
+    )
+
+    def attach(self, oscillator: Oscillator) -> Oscillator:
+        contact = oscillator.contact
+        weakening = _Weakening(contact.k1, contact, self.peak, 1 / self.length)
+        return dataclasses.replace(oscillator, contact=weakening)
+
+
+class _Weakening(AbstractContact):
+    """State: that of `inner`, what is left of the excess, 0 to 1, and the share of the last window that
+    slipped."""
+
+    k1: Scalar
+    inner: AbstractContact
+    peak: Scalar
+    per_distance: Scalar
+
+    def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
+        moves = (approach.rate != 0) & (approach.rest <= 0)
+        slid = jnp.inf if approach.rates is None else _slid(approach.rates, approach.rate)
+        left = jnp.where(moves, jnp.exp(-jnp.where(moves, slid, 0.0) * self.per_distance), 1.0)
+        friction, inner = self.inner.initial(approach, self._raised(left, traction))
+        return friction, (inner, left, jnp.where(moves, 1.0, 0.0))
+
+    def grip(self, state: Any, passage: Passage, traction: Traction) -> Grip:
+        inner, left, slip = state
+        there = self._left(left, slip, passage)
+        grip = self.inner.grip(inner, passage, self._raised(there, traction))
+        return grip._replace(state=(grip.state, self._left(left, grip.slip, passage), grip.slip))
+
+    def _left(self, left: Scalar, slip: Scalar, passage: Passage) -> Scalar:
+        """What is left at the end of a window of which this share slips."""
+        torn = jnp.exp(-self.per_distance * jnp.abs(passage.slide) * slip)
+        return 1 - slip * (1 - left * torn)
+
+    def _raised(self, left: Scalar, traction: Traction) -> Traction:
+        factor = 1 + self.peak * left
+        return traction._replace(limit=lambda rate, sense: traction.limit(rate, sense) * factor)
+
+
+def _slid(rates: Trace, now: Scalar) -> Array:
+    """The distance slid in one direction up to now [m], as far back as the sliding velocities go."""
+    values, spans = jnp.asarray(rates.values), jnp.diff(jnp.asarray(rates.lags))
+    onward = jnp.cumprod(jnp.where(values * now > 0, 1.0, 0.0))
+    means = jnp.abs(values[:-1] + values[1:]) / 2
+    return jnp.sum(onward[1:] * means * spans)
