@@ -76,8 +76,10 @@ class _Weakening(AbstractContact):
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
         moves = (approach.rate != 0) & (approach.rest <= 0)
-        slid = jnp.inf if approach.rates is None else _slid(approach.rates, approach.rate)
-        left = jnp.where(moves, jnp.exp(-jnp.where(moves, slid, 0.0) * self.per_distance), 1.0)
+        left = jnp.where(moves, 0.0, 1.0)
+        if approach.rates is not None:
+            slid = jnp.where(moves, _slid(approach.rates, approach.rate), 0.0)
+            left = jnp.exp(-slid * self.per_distance)
         friction, inner = self.inner.initial(approach, self._raised(left, traction))
         return friction, (inner, left, jnp.where(moves, 1.0, 0.0))
 
