@@ -29,7 +29,7 @@ TYPICAL_DECAYS = (4.0, 12.0, 40.0)
 FAR = 50.0
 """By what factor a shape may differ from the typical one."""
 ROOM = 3.0
-"""How many times less or more than what is assumed a constant may be, whatever the data show."""
+"""How many times less or more than what is assumed B and k1 may be, whatever the data show."""
 SCATTER = {"A": 0.7, "B": 0.9, "C": 0.15, "D": 1.0, "k1": 1.2}
 """Standard deviation of the logarithm of random starting values around those read off the data."""
 
@@ -132,20 +132,19 @@ def time_scale(signals: Sequence[Signals]) -> float:
 
 def _constants(scale: Scales, assumed: AssumedConstants) -> list[Unknown]:
     """A, B, C, D, k1 within bounds set by the force F, speed V and travel X that the data show: A, C and D V
-    up to 3 F; B V from 0.5 to 2000; k1 from F/X to 20000 F/X; and at least from a third of what is assumed to
-    three times as much."""
+    up to 3 F; B V from 0.5 to 2000 and k1 from F/X to 5000 F/X, which a contact may be stiffer than and
+    weakening sharper, so that both are also let be from a third to three times what is assumed."""
     force, speed, travel = scale.force, scale.speed, scale.displacement
-    found = [
+    return [
         Unknown("A", "N", 0.0, 3 * force, "linear", force),
-        Unknown("B", "s/m", 0.5 / speed, 2000 / speed, "log"),
+        _around(assumed.B, Unknown("B", "s/m", 0.5 / speed, 2000 / speed, "log")),
         Unknown("C", "N", 0.0, 3 * force, "linear", force),
         Unknown("D", "N s/m", 0.0, 3 * force / speed, "linear", force / speed),
-        Unknown("k1", "N/m", force / travel, 20000 * force / travel, "log"),
+        _around(assumed.k1, Unknown("k1", "N/m", force / travel, 5000 * force / travel, "log")),
     ]
-    return [_around(unknown, getattr(assumed, unknown.name)) for unknown in found]
 
 
-def _around(unknown: Unknown, stated: float | None) -> Unknown:
+def _around(stated: float | None, unknown: Unknown) -> Unknown:
     """An unknown whose bounds leave room around what is stated, if that is more than nothing."""
     if not stated:
         return unknown

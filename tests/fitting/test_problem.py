@@ -14,22 +14,22 @@ from fitting.settings import Settings
 from jaxstick.record import CONSTANTS, AssumedConstants
 from tests.fitting.reference_data import RIGHT, dataset, exact_run
 
-FACTORS = st.lists(st.floats(-4.0, 4.0), min_size=len(CONSTANTS), max_size=len(CONSTANTS))
+POWERS = st.floats(-4.0, 4.0)
 
 
-@given(FACTORS)
-def test_a_descent_begins_at_what_is_assumed_however_far_from_what_the_data_show(powers):
+@given(POWERS, POWERS)
+def test_a_descent_begins_at_what_is_assumed_however_far_from_what_the_data_show(sharper, stiffer):
     """A contact so stiff, or a weakening at so low a speed, that the records do not show it by themselves."""
-    stated = {
-        name: 10.0**power * float(getattr(RIGHT, name)) for name, power in zip(CONSTANTS, powers, strict=True)
-    }
+    stated = {name: float(getattr(RIGHT, name)) for name in CONSTANTS}
+    stated["B"] *= 10.0**sharper
+    stated["k1"] *= 10.0**stiffer
     settings = Settings(starts=2)
     problem = pose(dataset(exact_run(0.326), assumed=AssumedConstants(**stated)), settings)
     _, assumed = beginnings(problem, settings)
     begun = [unknown.to_value(at) for unknown, at in zip(problem.unknowns.members, assumed, strict=True)]
     np.testing.assert_allclose(begun, [stated[name] for name in CONSTANTS], rtol=1e-9)
-    for name, unknown in zip(CONSTANTS, problem.unknowns.members, strict=True):
-        assert unknown.lower <= stated[name] / 2 and unknown.upper >= 2 * stated[name]
+    for unknown in problem.unknowns.members:
+        assert unknown.lower <= stated[unknown.name] / 2 and unknown.upper >= 2 * stated[unknown.name]
 
 
 def test_nothing_assumed_leaves_what_the_data_show():
@@ -38,4 +38,4 @@ def test_nothing_assumed_leaves_what_the_data_show():
     problem = pose(dataset(run, assumed=bare), Settings(starts=2))
     force, travel = problem.scale.force, problem.scale.displacement
     k1 = problem.unknowns.members[-1]
-    assert (k1.lower, k1.upper) == pytest.approx((force / travel, 20_000 * force / travel))
+    assert (k1.lower, k1.upper) == pytest.approx((force / travel, 5000 * force / travel))
