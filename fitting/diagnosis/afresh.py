@@ -21,8 +21,6 @@ from fitting.progress import Progress, Silent
 
 HEAT_LANES = 16
 """Starts compete on so many lanes at most, spread evenly."""
-SEEN = 1e-6
-"""A typical size of an effect that moves chi-square by less cannot be seen in these records at all."""
 OUTRIGHT = (3.0, 15.0)
 """Sizes at which effects of one sign begin, as multiples of typical ones."""
 
@@ -50,7 +48,7 @@ def afresh(
         own = np.asarray(heat.lanes.start)
         points.append(dataclasses.replace(nominal.point, coordinates=coordinates, own=own))
     points = all_settled(model, heat, points)
-    seen = [promise for promise in promises if promise.information.max() > SEEN]
+    seen = [promise for promise in promises if promise.can_be_seen]
     progress.stage("effects refitted afresh", len(seen))
     tried = []
     for promise in seen:

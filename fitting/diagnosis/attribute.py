@@ -171,6 +171,7 @@ def _weighed(
     left = (misfit / floor for misfit in _told(bench, nominal, found))
     accounts = tuple(account(model, bench, known, e, misfit) for e, misfit in zip(found, left, strict=True))
     samples, alike = float(bench.dof().sum()), aliases(model, first)
+    visible = {promise.key for promise in first.usual if promise.can_be_seen}
     judgement = judge(
         nominal.misfit / floor,
         accounts,
@@ -179,7 +180,7 @@ def _weighed(
         list(model.shelf.effects),
         alike,
         classes(
-            {key: effect.traces for key, effect in model.shelf.effects.items()},
+            {key: effect.traces if key in visible else () for key, effect in model.shelf.effects.items()},
             {frozenset(e.keys): e.refit.misfit for e in found},
         ),
         scatters=bench.scatters,

@@ -11,7 +11,7 @@ from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.laying import LEAD, cut_in_step, divided, lay, length
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import ITERATIONS, Refit, job, misfit_of, refit
-from fitting.diagnosis.release import all_settled, settled
+from fitting.diagnosis.release import all_settled, released, settled
 from fitting.diagnosis.scatter import Scatter
 from fitting.diagnosis.wander import LEAST, OWN, START
 from fitting.problem import Problem, beginnings
@@ -25,6 +25,9 @@ UNITS = 4
 FEW, MORE = 48, 192
 """The search begins on so many of the shortest segments, spread evenly; its best points go on on more."""
 SEARCH, FINALISTS, REFINED = 25, 3, 15
+WHOLE, SIFTED = 24, 8
+"""Where no friction force was recorded, points compete on so many whole segments, spread evenly, for
+so many steps."""
 HOPELESS = 3.0
 """A search that is not on its way to less than so many times the lowest cost is given up."""
 STIFFER = (1.0, 20.0)
@@ -78,7 +81,11 @@ def ground(
         )
         best = _best(model, found)
         bench = bench.paced(_steps(problem, UNITS, best, settings))
+        if not bench.wanders:
+            best = _also_on_longer(model, bench, [*best, *begins])
         fits = _fitted(model, bench, best, progress, iterations=REFINED, settle=True)
+    if not bench.wanders:
+        fits = model.side_by_side(lambda fit: released(model, bench, fit, wander=False), fits)
     fit = min(fits, key=lambda fit: fit.misfit)
     widths = np.full(OWN - START, WANDER if bench.wanders else LEAST)
     return Ground(tuple(segments), bench, dataclasses.replace(fit.point, widths=widths), begins)
@@ -145,6 +152,13 @@ def _best(model: Model, fits: Sequence[Refit]) -> list[np.ndarray]:
     constants = model.index(*model.constants)
     found = sorted(fits, key=lambda fit: fit.misfit)[:FINALISTS]
     return [fit.point.coordinates[constants] for fit in found]
+
+
+def _also_on_longer(model: Model, bench: Bench, points: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """The best constants (coordinates) to go on from where no friction force was recorded: the motion alone
+    hardly tells one law from another on short segments, so that all points compete on some whole ones."""
+    few = bench.take(bench.spread(WHOLE))
+    return _best(model, _fitted(model, few, points, Silent(), iterations=SIFTED, settle=True))
 
 
 def _fitted(

@@ -33,6 +33,8 @@ APART = 0.4
 FORBIDDEN = 0.1
 """What a strength of a sign that it may not have promises counts by this share: as far from the truth as the
 model may be where it is screened, signs may be wrong."""
+SEEN = 1e-6
+"""A typical size of an effect that moves chi-square by less cannot be seen in these records at all."""
 PEAK, EDGES = 4.0, 0.95
 """What a time does to a sample counts up to so many times what it does to one of its edges, this quantile."""
 
@@ -71,6 +73,11 @@ class Promise:
         """What a shape is chosen by: the score, little of it where the strength would have a sign that it may
         not have."""
         return self.score if self.feasible else FORBIDDEN * self.score
+
+    @property
+    def can_be_seen(self) -> bool:
+        """Whether the effect leaves any trace in these records."""
+        return bool(self.information.max() > SEEN)
 
     @property
     def standing(self) -> float:

@@ -1,4 +1,5 @@
-"""The search for the nominal model's constants does not stop at a contact of another stiffness."""
+"""The search for the nominal model's constants stops neither at a contact of another stiffness, nor where
+short segments led it astray."""
 
 from __future__ import annotations
 
@@ -7,11 +8,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fitting.diagnosis.ground import RESTARTS, other_stiffnesses
+from fitting.diagnosis import ground as grounds
+from fitting.diagnosis.ground import RESTARTS, ground, other_stiffnesses
+from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import refit
+from fitting.problem import pose
+from fitting.progress import Silent
+from fitting.settings import Settings
 from jaxstick.parts.drive import SineDrive
-from tests.fitting.diagnosis.grounded import from_the_truth, laid_out
-from tests.fitting.reference_data import TRUTH, dataset, noisy, own_run
+from tests.fitting.diagnosis.grounded import WORKERS, from_the_truth, laid_out, noisy_runs
+from tests.fitting.reference_data import TRUTH, WRONG, dataset, noisy, own_run
 
 
 @pytest.mark.parametrize("off", [0.1, 4.0])
@@ -29,3 +35,25 @@ def test_a_stiffness_that_is_far_off_is_mended(off):
     values = [model.members[place].to_value(constants[place]) / TRUTH["k1"] for constants in found]
     assert len(found) == RESTARTS and stuck.misfit > 2 * fit.misfit
     assert min(abs(np.log(values))) < np.log(1.35)
+
+
+def test_without_a_force_channel_short_segments_do_not_decide_where_to_go_on(monkeypatch):
+    """From a contact so soft that the mass never slips no refit comes back."""
+    runs = [dataclasses.replace(run, friction=None) for run in noisy_runs({0.9: {}, 2.1: {}}, 3)]
+    settings = Settings(workers=WORKERS)
+    problem = pose(dataset(*runs, assumed=WRONG), settings)
+    model = Model(problem, WORKERS)
+    constants = model.index(*model.constants)
+    poor = np.clip(model.origin({**TRUTH, "k1": 300.0}), model.lower, model.upper)[constants]
+    sift, sifted = grounds._best, []
+
+    def astray(model, fits):
+        """What was best on short segments, which are sifted twice, is as poor as can be."""
+        sifted.append(len(fits))
+        return [poor] if len(sifted) <= 2 else sift(model, fits)
+
+    monkeypatch.setattr(grounds, "_best", astray)
+    found = ground(problem, model, settings, Silent())
+    (fit,) = refit(model, found.bench, [found.point], [constants], wander=False)
+    assert fit.misfit < 1.5
+    assert not found.bench.wanders and len(sifted) == 3

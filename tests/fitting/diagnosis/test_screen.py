@@ -13,9 +13,12 @@ from fitting.diagnosis import screen as screening
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.screen import Promise, bounded, screen
 from fitting.diagnosis.wander import START
-from tests.fitting.diagnosis.grounded import UNEVEN, Screened, screened
+from jaxstick.parts.drive import SineDrive
+from tests.fitting.diagnosis.grounded import UNEVEN, Screened, from_the_truth, laid_out, screened
+from tests.fitting.reference_data import TRUTH, dataset, noisy, own_run
 
 DRY = 0.01
+GAINS = "force_gain", "displacement_gain"
 
 
 @pytest.fixture(scope="module")
@@ -93,3 +96,17 @@ def test_a_jump_of_the_force_does_not_outweigh_what_a_time_does_elsewhere():
     assert -4.0 <= seen[2, 50, 0] < -3.5 and seen[2, 50, 1] == -900.0
     changed = seen != jacobian
     assert changed.sum() == 1 and jacobian[2, 50, 0] == -900.0
+
+
+def test_what_leaves_no_trace_in_these_records_cannot_be_seen():
+    """A fault of the force sensor where no force was recorded."""
+    exact = own_run(SineDrive(1.5, 10.325e-3), samples=600)
+    whole = noisy(exact, np.random.default_rng(4))
+    seen = {}
+    for run in (whole, dataclasses.replace(whole, friction=None)):
+        model, bench = laid_out(dataset(run))
+        fit = from_the_truth(model, bench, model.together(GAINS), model.origin(TRUTH))
+        usual = screen(model, bench, fit, own_group=True, shapes=[]).usual
+        seen[run.friction is not None] = {promise.key: promise.can_be_seen for promise in usual}
+    assert seen[True]["force_gain"] and not seen[False]["force_gain"]
+    assert seen[True]["displacement_gain"] and seen[False]["displacement_gain"]

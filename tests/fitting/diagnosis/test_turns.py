@@ -111,6 +111,7 @@ def test_what_was_overrated_is_found_anew_and_not_on_top(laid, monkeypatch):
     np.testing.assert_allclose(bench.lanes.weights(), wanted)
     np.testing.assert_allclose(chosen.ground.bench.take(laid.held.fitted).lanes.weights(), wanted)
     assert chosen.ground.bench.scatters and len(chosen.ground.bench.lanes) > len(bench.lanes)
+    assert bench.lanes.substeps < laid.plain.lanes.substeps == chosen.ground.bench.lanes.substeps
 
 
 @pytest.mark.parametrize(
