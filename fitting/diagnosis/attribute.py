@@ -171,7 +171,6 @@ def _weighed(
     left = (misfit / floor for misfit in _told(bench, nominal, found))
     accounts = tuple(account(model, bench, known, e, misfit) for e, misfit in zip(found, left, strict=True))
     samples, alike = float(bench.dof().sum()), aliases(model, first)
-    visible = {promise.key for promise in first.usual if promise.can_be_seen}
     judgement = judge(
         nominal.misfit / floor,
         accounts,
@@ -180,7 +179,7 @@ def _weighed(
         list(model.shelf.effects),
         alike,
         classes(
-            {key: effect.traces if key in visible else () for key, effect in model.shelf.effects.items()},
+            traces_left(model, first),
             {frozenset(e.keys): e.refit.misfit for e in found},
         ),
         scatters=bench.scatters,
@@ -188,6 +187,13 @@ def _weighed(
     against = Yardstick(nominal.misfit, floor, samples, inflation, bench.scatters, accounts, alike)
     made = Attribution(nominal, tuple(found), first, judgement, against)
     return dataclasses.replace(made, judgement=astray(judgement)) if made.lost > LOST else made
+
+
+def traces_left(model: Model, seen: Screen) -> dict[str, tuple[str, ...]]:
+    """The traces of every effect of the shelf in these records; none where it cannot be seen in them, as a
+    gain of a force that was not recorded."""
+    visible = {promise.key for promise in seen.usual if promise.can_be_seen}
+    return {key: effect.traces if key in visible else () for key, effect in model.shelf.effects.items()}
 
 
 def _told(bench: Bench, nominal: Refit, found: Sequence[Explanation]) -> list[float]:

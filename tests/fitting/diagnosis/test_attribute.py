@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fitting.diagnosis.attribute import PROMISING, Attribution, account, worth_a_second
+from fitting.diagnosis.attribute import PROMISING, Attribution, account, traces_left, worth_a_second
 
 FLOOR = 1.1
 
@@ -70,3 +70,15 @@ def test_a_second_effect_is_worth_a_search_for_a_good_part_of_what_one_leaves(sc
     alone: Any = SimpleNamespace(misfit=0.7)
     assert worth_a_second(bench, alone, around) is worth
     assert promise.standing > PROMISING or not worth
+
+
+def test_what_cannot_be_seen_leaves_no_trace_that_others_share():
+    """A gain of the force where none was recorded is no alias of one of the displacement, but stays known."""
+    effects = {key: SimpleNamespace(traces=("scale",)) for key in ("force_gain", "displacement_gain")}
+    usual = [
+        SimpleNamespace(key="force_gain", can_be_seen=False),
+        SimpleNamespace(key="displacement_gain", can_be_seen=True),
+    ]
+    model: Any = SimpleNamespace(shelf=SimpleNamespace(effects=effects))
+    seen: Any = SimpleNamespace(usual=usual)
+    assert traces_left(model, seen) == {"force_gain": (), "displacement_gain": ("scale",)}
