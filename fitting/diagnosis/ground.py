@@ -26,8 +26,8 @@ FEW, MORE = 48, 192
 """The search begins on so many of the shortest segments, spread evenly; its best points go on on more."""
 SEARCH, FINALISTS, REFINED = 25, 3, 15
 WHOLE, SIFTED = 24, 8
-"""Where no friction force was recorded, points compete on so many whole segments, spread evenly, for
-so many steps."""
+"""Where no friction force was recorded, points compete on so many whole segments, spread evenly, for so many
+steps."""
 HOPELESS = 3.0
 """A search that is not on its way to less than so many times the lowest cost is given up."""
 STIFFER = (1.0, 20.0)
@@ -80,12 +80,12 @@ def ground(
             model, shortest.take(shortest.spread(MORE)), [*_best(model, rough), *others], Silent()
         )
         best = _best(model, found)
-        bench = bench.paced(_steps(problem, UNITS, best, settings))
         if not bench.wanders:
             best = _also_on_longer(model, bench, [*best, *begins])
+        bench = bench.paced(_steps(problem, UNITS, best, settings))
         fits = _fitted(model, bench, best, progress, iterations=REFINED, settle=True)
     if not bench.wanders:
-        fits = model.side_by_side(lambda fit: released(model, bench, fit, wander=False), fits)
+        fits = model.side_by_side(lambda fit: released(model, bench, fit), fits)
     fit = min(fits, key=lambda fit: fit.misfit)
     widths = np.full(OWN - START, WANDER if bench.wanders else LEAST)
     return Ground(tuple(segments), bench, dataclasses.replace(fit.point, widths=widths), begins)

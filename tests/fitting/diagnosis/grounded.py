@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -41,7 +41,11 @@ def noisy_runs(effects: Mapping[float, Mapping[str, AbstractEffect]], seed: int)
 
 def grounded(effects: dict[str, AbstractEffect], seed: int) -> tuple[Problem, Model, Ground]:
     """Two noisy runs of the 1987 rig on which these effects act, their model and their ground."""
-    runs = noisy_runs(dict.fromkeys((0.9, 2.1), effects), seed)
+    return grounded_on(noisy_runs(dict.fromkeys((0.9, 2.1), effects), seed))
+
+
+def grounded_on(runs: Sequence[Run]) -> tuple[Problem, Model, Ground]:
+    """Runs of the 1987 rig, their model and their ground."""
     settings = Settings(workers=WORKERS)
     problem = pose(dataset(*runs, assumed=WRONG), settings)
     model = Model(problem, settings.workers)

@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis import ground as grounds
-from fitting.diagnosis.ground import RESTARTS, ground, other_stiffnesses
-from fitting.diagnosis.model import Model
+from fitting.diagnosis.ground import RESTARTS, UNITS, other_stiffnesses
 from fitting.diagnosis.refit import refit
-from fitting.problem import pose
-from fitting.progress import Silent
 from fitting.settings import Settings
+from fitting.stage import steps
 from jaxstick.parts.drive import SineDrive
-from tests.fitting.diagnosis.grounded import WORKERS, from_the_truth, laid_out, noisy_runs
-from tests.fitting.reference_data import TRUTH, WRONG, dataset, noisy, own_run
+from tests.fitting.diagnosis.grounded import from_the_truth, grounded_on, laid_out, noisy_runs
+from tests.fitting.reference_data import TRUTH, dataset, noisy, own_run
 
 
 @pytest.mark.parametrize("off", [0.1, 4.0])
@@ -40,20 +38,19 @@ def test_a_stiffness_that_is_far_off_is_mended(off):
 def test_without_a_force_channel_short_segments_do_not_decide_where_to_go_on(monkeypatch):
     """From a contact so soft that the mass never slips no refit comes back."""
     runs = [dataclasses.replace(run, friction=None) for run in noisy_runs({0.9: {}, 2.1: {}}, 3)]
-    settings = Settings(workers=WORKERS)
-    problem = pose(dataset(*runs, assumed=WRONG), settings)
-    model = Model(problem, WORKERS)
-    constants = model.index(*model.constants)
-    poor = np.clip(model.origin({**TRUTH, "k1": 300.0}), model.lower, model.upper)[constants]
     sift, sifted = grounds._best, []
 
     def astray(model, fits):
         """What was best on short segments, which are sifted twice, is as poor as can be."""
         sifted.append(len(fits))
-        return [poor] if len(sifted) <= 2 else sift(model, fits)
+        poor = np.clip(model.origin({**TRUTH, "k1": 300.0}), model.lower, model.upper)
+        return [poor[model.index(*model.constants)]] if len(sifted) <= 2 else sift(model, fits)
 
     monkeypatch.setattr(grounds, "_best", astray)
-    found = ground(problem, model, settings, Silent())
+    problem, model, found = grounded_on(runs)
+    constants = model.index(*model.constants)
     (fit,) = refit(model, found.bench, [found.point], [constants], wander=False)
     assert fit.misfit < 1.5
     assert not found.bench.wanders and len(sifted) == 3
+    stiffness = model.values(found.point.coordinates, ["k1"])["k1"]
+    assert found.bench.lanes.substeps >= steps(problem, UNITS, stiffness / 2, Settings())
