@@ -44,10 +44,13 @@ class AbstractEffect(eqx.Module):
     every hypothesis contains the nominal model. Further parameters give its shape and mean nothing at null.
     `traces` says what it changes in base, displacement and force once the rig's properties and the constants
     of friction are fitted, where other effects change the same: two that share a trace are aliases.
+    `traces_in_motion` are those where the friction force was not recorded, so that the constants may give all
+    forces another scale; None where they are the same.
     """
 
     card: eqx.AbstractClassVar[Card]
     traces: ClassVar[tuple[str, ...]] = ()
+    traces_in_motion: ClassVar[tuple[str, ...] | None] = None
 
     @classmethod
     def read_off(cls, leftover: Leftover) -> Mapping[str, float]:

@@ -191,9 +191,9 @@ def _weighed(
 
 def traces_left(model: Model, seen: Screen) -> dict[str, tuple[str, ...]]:
     """The traces of every effect of the shelf in these records; none where it cannot be seen in them, as a
-    gain of a force that was not recorded."""
+    gain of a base that stands still."""
     visible = {promise.key for promise in seen.usual if promise.can_be_seen}
-    return {key: effect.traces if key in visible else () for key, effect in model.shelf.effects.items()}
+    return {key: traces if key in visible else () for key, traces in model.shelf.traces.items()}
 
 
 def _told(bench: Bench, nominal: Refit, found: Sequence[Explanation]) -> list[float]:

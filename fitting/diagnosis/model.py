@@ -58,11 +58,13 @@ LEVEL_TOLERANCE = 0.15
 
 @dataclasses.dataclass(frozen=True)
 class Shelf:
-    """The effects as candidates: their keys, which unknowns are strengths and which give the shape."""
+    """The effects as candidates: their keys, which unknowns are strengths and which give the shape, and the
+    traces that they leave in the channels that were recorded."""
 
     effects: dict[str, type[AbstractEffect]]
     strengths: dict[str, tuple[str, ...]]
     shapes: dict[str, tuple[str, ...]]
+    traces: dict[str, tuple[str, ...]]
 
     def names(self, key: str) -> tuple[str, ...]:
         return (*self.strengths[key], *self.shapes[key])
@@ -133,7 +135,7 @@ class Model:
             self.tries.update({name: kind.tries for name, kind in kinds.items() if kind.tries})
             by_run += [name for name in strengths[key] if kinds[name].by_run]
             members += own
-        self.shelf = Shelf(shelf, strengths, shapes)
+        self.shelf = Shelf(shelf, strengths, shapes, _traces(shelf, problem))
         self.members = tuple(members)
         self.names = tuple(unknown.name for unknown in members)
         self.level = len(members)
@@ -372,6 +374,15 @@ def whitened(columns: Columns, whitener: np.ndarray | None, chosen: np.ndarray |
     mixed = mixed.reshape(lanes, rows, times, each).transpose(2, 0, 1, 3).reshape(-1, rows, each)
     jacobian[:, :rows, used], residual[:, :rows] = mixed[:, :, :-1], mixed[:, :, -1]
     return columns._replace(residual=residual, jacobian=jacobian)
+
+
+def _traces(shelf: dict[str, type[AbstractEffect]], problem: Problem) -> dict[str, tuple[str, ...]]:
+    recorded = any(signal.run.friction is not None for signal in problem.chosen)
+    in_motion = {key: effect.traces_in_motion for key, effect in shelf.items()}
+    return {
+        key: effect.traces if recorded or (found := in_motion[key]) is None else found
+        for key, effect in shelf.items()
+    }
 
 
 def _rig_unknowns(problem: Problem) -> list[Unknown]:

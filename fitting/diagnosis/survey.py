@@ -124,8 +124,8 @@ def second_look(
     known = {frozenset(e.keys) for e in found if e.refit.misfit < ALIKE * best.refit.misfit}
     stays = {*best.keys} - {key}
     new = [other for other in model.shelf.effects if frozenset({*stays, other}) not in known]
-    traces = {*model.shelf.effects[key].traces}
-    mates = [other for other in new if traces & {*model.shelf.effects[other].traces}]
+    traces = {*model.shelf.traces[key]}
+    mates = [other for other in new if traces & {*model.shelf.traces[other]}]
     if not mates and not others:
         return []
     bare = best.refit.stripped(model, [key])
@@ -181,7 +181,7 @@ def _again(model: Model, bench: Bench, known: Sequence[Explanation]) -> list[Exp
 
 def aliases(model: Model, seen: Screen) -> dict[str, list[str]]:
     """The effects that leave the same trace as another in these very records."""
-    traces = [set(model.shelf.effects[key].traces) for key in seen.keys]
+    traces = [set(model.shelf.traces[key]) for key in seen.keys]
     return {
         key: [
             other

@@ -34,6 +34,7 @@ class DisplacementGain(AbstractEffect):
         "static calibration.",
     )
     traces: ClassVar[tuple[str, ...]] = ("scale of the forces",)
+    traces_in_motion: ClassVar[tuple[str, ...]] = ("scale of the drive",)
     gain: Float[Array, ""] | float = parameter(
         "1",
         "relative error of the displacement scale",

@@ -36,6 +36,7 @@ class ForceGain(AbstractEffect):
         "static calibration.",
     )
     traces: ClassVar[tuple[str, ...]] = ("scale of the forces",)
+    traces_in_motion: ClassVar[tuple[str, ...]] = ()
     gain: Float[Array, ""] | float = parameter(
         "1",
         "relative error of the force scale",

@@ -38,6 +38,7 @@ class StiffnessError(AbstractEffect):
         source="Rayleigh, The Theory of Sound, vol. 1, Macmillan, London 1894 (effective mass of a spring).",
     )
     traces: ClassVar[tuple[str, ...]] = ("scale of the forces", "scale of the drive")
+    traces_in_motion: ClassVar[tuple[str, ...]] = ("scale of the drive",)
     stiffness: Float[Array, ""] | float = parameter(
         "N/m", "stiffness between mass and base beyond what is stated", null=0.0, typical=0.06, default=0.0
     )

@@ -73,12 +73,12 @@ def test_a_second_effect_is_worth_a_search_for_a_good_part_of_what_one_leaves(sc
 
 
 def test_what_cannot_be_seen_leaves_no_trace_that_others_share():
-    """A gain of the force where none was recorded is no alias of one of the displacement, but stays known."""
-    effects = {key: SimpleNamespace(traces=("scale",)) for key in ("force_gain", "displacement_gain")}
+    """A gain of a base that stands still is no alias of a wrong stiffness there, but stays known."""
+    traces = dict.fromkeys(("base_gain", "stiffness_error"), ("scale",))
     usual = [
-        SimpleNamespace(key="force_gain", can_be_seen=False),
-        SimpleNamespace(key="displacement_gain", can_be_seen=True),
+        SimpleNamespace(key="base_gain", can_be_seen=False),
+        SimpleNamespace(key="stiffness_error", can_be_seen=True),
     ]
-    model: Any = SimpleNamespace(shelf=SimpleNamespace(effects=effects))
+    model: Any = SimpleNamespace(shelf=SimpleNamespace(traces=traces))
     seen: Any = SimpleNamespace(usual=usual)
-    assert traces_left(model, seen) == {"force_gain": (), "displacement_gain": ("scale",)}
+    assert traces_left(model, seen) == {"base_gain": (), "stiffness_error": ("scale",)}

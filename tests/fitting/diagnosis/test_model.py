@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import queue
 from typing import Any
 
@@ -50,6 +51,17 @@ def test_what_is_compiled_ahead_is_what_is_used(laid, asked):
             model.columns([Job(group, bench.lanes, np.ones((count, OWN)), each, own, chosen)])
         assert asked.get(timeout=30) == before and before[0] == group
     assert own.shape[1] == OWN
+
+
+def test_traces_are_those_in_the_channels_that_were_recorded(laid):
+    run = dataclasses.replace(own_run(SineDrive(1.5, 10.325e-3), samples=600), friction=None)
+    moved, _ = laid_out(dataset(run))
+    both = [model.shelf.traces for model in (laid[0], moved)]
+    gains = [[traces[key] for key in ("force_gain", "displacement_gain", "base_gain")] for traces in both]
+    forces, drive = ("scale of the forces",), ("scale of the drive",)
+    assert gains == [[forces, forces, drive], [(), drive, drive]]
+    assert [traces["stiffness_error"] for traces in both] == [forces + drive, drive]
+    assert both[0]["base_delay"] == both[1]["base_delay"] != ()
 
 
 def test_one_core_has_no_time_for_that(laid, asked, monkeypatch):

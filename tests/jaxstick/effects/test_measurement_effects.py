@@ -416,6 +416,20 @@ def test_the_true_base_is_the_recorded_one_over_the_gain():
         np.testing.assert_allclose(part, true / 1.25)
 
 
+def test_without_the_force_a_gain_of_the_displacement_is_one_of_the_base():
+    """m (g x)'' + c (g x)' + K (g x) = k_d (g y) + g F(g v / g): the motion as read is that of a rig with
+    g times the base and friction g A, B/g, g C, D."""
+    gain, stated = 1.25, dataclasses.replace(constants(0.86), D=2.0)
+    scaled = dataclasses.replace(stated, A=gain * 7.47 * 0.14, B=100.0 / gain, C=gain * 7.47 * 0.86)
+    read = travelled(chain(NOMINAL, "displacement_gain", gain=gain - 1))
+    rescaled = nominal(RIG, scaled, NOMINAL.drive)
+    moved = travelled(chain(rescaled, "base_gain", gain=1 / gain - 1))
+    np.testing.assert_allclose(moved.displacement, read.displacement, atol=1e-12)
+    np.testing.assert_allclose(moved.friction, gain * read.friction, atol=1e-9)
+    one, other = catalogue()["displacement_gain"], catalogue()["base_gain"]
+    assert one.traces_in_motion == other.traces and not {*one.traces} & {*other.traces}
+
+
 class _RateMeter(AbstractInstrument):
     """Reads the rate of the friction force and the acceleration as told at the start."""
 
