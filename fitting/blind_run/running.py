@@ -7,10 +7,10 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from fitting.blind.seal import check_cases, read_manifest
 from fitting.blind_run.case_work import Outcome, diagnose_folder
+from fitting.blind_run.chosen import chosen
 from fitting.blind_run.processes import on_cores
 from fitting.blind_run.results import Results
 from fitting.progress import Progress
@@ -61,7 +61,7 @@ def run_cases(
             "--scheduler needs the package distributed, which is not installed here: pip install "
             "'jaxstick[cluster]'."
         )
-    names = _chosen(folder, manifest, numbers)
+    names = chosen(folder, manifest, numbers)
     results = Results(out)
     results.begin(manifest, seed, overwrite)
     files = manifest["cases"]
@@ -96,17 +96,3 @@ def _check_place(folder: Path, out: Path) -> None:
     cases, results = folder.resolve(), out.resolve()
     if results == cases or cases in results.parents:
         raise UserError(f"{out}: results may not lie in the folder of the cases.")
-
-
-def _chosen(folder: Path, manifest: Mapping[str, Any], numbers: Sequence[int] | None) -> list[str]:
-    """The names of the cases with these numbers, in order; raises UserError for one that is not there."""
-    by_number = {int(name.rpartition("-")[2]): name for name in sorted(manifest["cases"])}
-    if numbers is None:
-        return list(by_number.values())
-    for number in numbers:
-        if number not in by_number:
-            raise UserError(
-                f"{folder}: there is no case {number}; the set has {len(by_number)}, from "
-                f"{min(by_number, default=0)} to {max(by_number, default=0)}."
-            )
-    return [by_number[number] for number in sorted(set(numbers))]

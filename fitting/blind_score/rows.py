@@ -249,7 +249,8 @@ def sentence(score: Mapping[str, Any]) -> str:
         if whole[key]["n"]
     ]
     said = "; ".join(parts) if parts else "nothing to score"
-    return f"{said[0].upper()}{said[1:]} ({score['cases']} cases)."
+    count, every = score["cases"], score["set"].get("cases", score["cases"])
+    return f"{said[0].upper()}{said[1:]} ({count if count == every else f'{count} of {every}'} cases)."
 
 
 def percent(value: float | None) -> str:

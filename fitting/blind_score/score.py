@@ -9,6 +9,7 @@ from typing import Any
 
 from fitting.blind.menu import FAMILIES
 from fitting.blind.seal import open_seal
+from fitting.blind_run.chosen import chosen
 from fitting.blind_run.results import Results
 from fitting.blind_score.baselines import by_bic, by_signature, chance
 from fitting.blind_score.figures import answers, figures
@@ -27,21 +28,22 @@ LEFT_OUT = (
 
 
 def judged_cases(
-    folder: Path, results: Path, key: str
+    folder: Path, results: Path, key: str, numbers: Sequence[int] | None = None
 ) -> tuple[list[Judged], dict[str, str], dict[str, Any]]:
-    """Opens the seal and puts every case beside its diagnosis.
+    """Opens the seal and puts every case beside its diagnosis; with `numbers` those of them only.
 
     Returns the cases in the order of their names, why some have no diagnosis, and the manifest.
 
     Raises:
-        UserError: for another key, for a case or the sealed answers that are missing or were changed, and
-            where the results are missing or of another set.
+        UserError: for another key, for a case or the sealed answers that are missing or were changed, for a
+            number that is not in the set, and where the results are missing or of another set.
     """
     opened = open_seal(folder, key)
     kept = Results(results)
     kept.check(opened.manifest)
     judged, missing = [], {}
-    for case, answer in sorted(opened.answers.items()):
+    for case in chosen(folder, opened.manifest, numbers):
+        answer = opened.answers[case]
         result = kept.read(case, opened.manifest["cases"][case])
         if result is None:
             missing[case] = kept.failure(case) or NOT_RUN
@@ -68,9 +70,9 @@ def judge_case(
     )
 
 
-def score(folder: Path, results: Path, key: str) -> dict[str, Any]:
-    """The whole score as plain data; what `judged_cases` raises."""
-    cases, missing, manifest = judged_cases(folder, results, key)
+def score(folder: Path, results: Path, key: str, numbers: Sequence[int] | None = None) -> dict[str, Any]:
+    """The whole score as plain data; takes and raises what `judged_cases` does."""
+    cases, missing, manifest = judged_cases(folder, results, key, numbers)
     return scored(cases, missing, manifest)
 
 
@@ -85,6 +87,7 @@ def scored(
         "schema": SCHEMA,
         "cases": len(cases),
         "set": {
+            "cases": max(len(manifest["cases"]), len(cases)),
             "family": manifest.get("family"),
             "strengths": sorted({str(case.answer["strength"]) for case in cases}),
             "seed_sha256": manifest.get("seed_sha256"),

@@ -20,7 +20,7 @@ from fitting.report.sections.summary import summary
 from fitting.report.sections.traces import traces
 from fitting.report.sections.where import where
 from fitting.report.sections.which import which
-from fitting.report.words import VERDICTS, tied
+from fitting.report.words import VERDICTS, in_parts, tied
 from jaxstick.output import OutputFolder
 from jaxstick.record import DataSet
 
@@ -62,6 +62,7 @@ def report(diagnosis: Diagnosis, dataset: DataSet, progress: Progress) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["in_parts"] = in_parts
     return environment.get_template("page.html").render(
         name=dataset.name,
         sentence=diagnosis.sentence,

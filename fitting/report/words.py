@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
+from markupsafe import Markup
+
 from fitting.against import figures
 from jaxstick.effect import Card
 
@@ -135,6 +137,11 @@ def clamped(share: float | None) -> float:
 def tied(text: str) -> str:
     """The text with numbers tied to their per cent signs, so that no line ends between them."""
     return text.replace(" %", "\N{NO-BREAK SPACE}%")
+
+
+def in_parts(name: str) -> Markup:
+    """The name of an effect or parameter as markup in which a line may end behind every underscore."""
+    return Markup("_<wbr>").join(name.split("_"))
 
 
 def greatest(values: Iterable[float | None]) -> float:

@@ -238,6 +238,7 @@ def run(
 @click.option(
     "--out", metavar="DIR", type=click.Path(path_type=Path), help="Folder for score.json and score.html."
 )
+@click.option("--cases", "numbers", type=Numbers(), metavar="1-20,33", help="These cases only.")
 @click.option("--overwrite", is_flag=True, help="Replace earlier results of jaxstick in the --out folder.")
 @common
 def score(
@@ -246,18 +247,20 @@ def score(
     key_file: Path | None,
     results: Path | None,
     out: Path | None,
+    numbers: tuple[int, ...] | None,
     overwrite: bool,
     terminal: Terminal,
 ) -> int:
     """Open the seal of DIR and score its diagnoses.
 
     Every figure comes with its 95 % interval, beside chance and two simple diagnosers. A case without a
-    diagnosis counts as wrong.
+    diagnosis counts as wrong; of a run that is not over, --cases scores those that it has been through.
     """
     if (key is None) == (key_file is None):
         raise UserError("The key is given by --key or by --key-file, one of the two.")
     opening = read_key(key_file) if key_file is not None else key
-    found = score_cases(folder, default_results(folder) if results is None else results, opening)
+    place = default_results(folder) if results is None else results
+    found = score_cases(folder, place, opening, numbers)
     if out is not None:
         with OutputFolder(out, overwrite, inputs=[folder]) as output:
             output.write_json("score.json", found)

@@ -430,6 +430,17 @@ def test_the_command_scores(sealed, capsys, tmp_path):
     assert len(identifiers) == len(set(identifiers))
 
 
+def test_a_part_of_the_cases_is_scored(sealed, capsys):
+    folder, key = sealed
+    words = ("blind", "score", str(folder), "--key", key, "--cases")
+    code, said, err = run_command(capsys, *words, "1-3", "--json")
+    found = json.loads(said)
+    assert code == 0 and found["missing"] == {} and found["cases"] == 3 and found["set"]["cases"] == 4
+    assert found["tiers"]["all"]["none_called"]["n"] == 1 and "(3 of 4 cases)" in err
+    code, said, err = run_command(capsys, *words, "3-5")
+    assert code == 2 and said == "" and "there is no case 5" in err
+
+
 def test_a_full_score_has_every_picture():
     cases = [
         single(SPRING, "effect", SPRING if ratio > 1 else PUSH, limit=ratio, gap=3 * ratio)

@@ -14,7 +14,7 @@ from fitting.diagnosis.findings import Closure
 from fitting.progress import Silent
 from fitting.report.report import report
 from fitting.report.sections.traces import MOST_RUNS
-from fitting.report.words import VERDICTS, estimate, interval, number, percent, seconds, with_unit
+from fitting.report.words import VERDICTS, estimate, in_parts, interval, number, percent, seconds, with_unit
 from tests.fitting.diagnosis.fabricated import HELD_OUT, RIVAL, TRUTH, nothing_found, silent
 from tests.fitting.diagnosis.markup import Page
 
@@ -265,3 +265,7 @@ def test_numbers_in_words():
     assert interval(1.0, None, None) == "not bounded" and with_unit("not bounded", "N") == "not bounded"
     assert with_unit("3", "N/m^2") == "3 N/m²" and with_unit("3", "1") == "3"
     assert seconds(41.66) == "41.7 s" and seconds(185.2) == "3 min 5 s"
+
+
+def test_names_may_break_behind_an_underscore():
+    assert in_parts("force_delay + a<b") == "force_<wbr>delay + a&lt;b"
