@@ -17,7 +17,7 @@ from fitting.diagnosis.contacts import (
 from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.shrink import Split
-from fitting.diagnosis.survey import Survey, survey
+from fitting.diagnosis.survey import Survey, nominal_on, survey
 from fitting.progress import Progress
 
 SAME = 1.03
@@ -42,9 +42,11 @@ def beside_single_effects(
     other = choose_contact(paper, bench, held.fitted, fits, seen.floor, progress, worth)
     if other.words is None:
         return paper, seen
+    nominal = nominal_on(other.model, bench, other.ground.point.take(held.fitted))
+    if seen.suffices and nominal.misfit >= seen.least:
+        return paper, seen
     known = [_moved(explanation, paper.model, other.model) for explanation in seen.found]
-    point, begins = other.ground.point.take(held.fitted), other.ground.begins
-    again = survey(other.model, bench, point, begins, progress, known)
+    again = survey(other.model, bench, nominal, other.ground.begins, progress, known)
     floor = min(seen.floor, again.floor)
     explains = not seen.suffices and again.least - floor < other.preferred * (seen.least - floor)
     replaces = again.nominal.misfit < seen.least

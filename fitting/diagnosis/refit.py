@@ -18,7 +18,10 @@ from fitting.diagnosis.wander import OWN, START, allowed, likeliest
 from fitting.newton import Robust, bounded_step
 
 ITERATIONS = 30
-ENOUGH = 2e-4
+ENOUGH, ENOUGH_OF_SCATTER = 2e-4, 1e-3
+"""A search is over when a step has gained, or promises to gain, less than this share of the cost. Where
+residuals are weighed by what does not repeat itself, a lane is worth few independent pieces of evidence, and
+five times as much tells nothing."""
 STUCK = 1e7
 PATIENCE = 8.0
 LEAST_TURNS = 4
@@ -81,10 +84,12 @@ def refit(
     searches = [_Search(model, bench, point, free, wander) for point, free in zip(points, frees, strict=True)]
     _evaluate(model, bench, searches, [search.point for search in searches], first=True)
     for turn in range(iterations):
-        going = [search for search in searches if not search.over]
-        if not going:
+        steps = [(search, search.step()) for search in searches if not search.over]
+        steps = [(search, point) for search, point in steps if not search.over]
+        if not steps:
             break
-        _evaluate(model, bench, going, [search.step() for search in going], first=False)
+        going, points = map(list, zip(*steps, strict=True))
+        _evaluate(model, bench, going, points, first=False)
         lowest = min(reached, *(search.cost for search in searches))
         for search in going if turn >= LEAST_TURNS else ():
             search.over |= search.cost - PATIENCE * search.gain > hopeless * lowest
@@ -228,6 +233,7 @@ class _Search:
         self.dof = bench.dof()
         self.damping, self.cost, self.over, self.taken = 1e-3, np.inf, False, 0
         self.gain = np.inf
+        self.enough = ENOUGH_OF_SCATTER if bench.scatters else ENOUGH
         self.layout = Layout.of(model, bench, free)
         self.lower, self.upper = self.layout.bounds(model)
 
@@ -250,7 +256,7 @@ class _Search:
         if not first:
             self.damping = max(0.1 * self.damping, 1e-8)
             self.taken += 1
-            self.over = gain < ENOUGH * total and not moved
+            self.over = gain < self.enough * total and not moved
 
     def _let_wander(self) -> bool:
         """Sets the widths to the likeliest ones at this point, and says whether they changed."""
@@ -279,7 +285,8 @@ class _Search:
         return self.layout.prior(self.model, point)
 
     def step(self) -> Point:
-        """Where the next damped step leads; what lanes have of their own is eliminated lane by lane."""
+        """Where the next damped step leads; what lanes have of their own is eliminated lane by lane. The
+        search is over where the step promises next to nothing."""
         own = self.curvature[:, COLUMNS:, COLUMNS:]
         own = own * (1 + self.damping * np.eye(OWN))
         used = 1 + len(self.free)
@@ -304,9 +311,19 @@ class _Search:
         reached = np.clip(at + step, self.lower, self.upper)
         step = reached - at
         mine = step[self.layout.index[run]]
-        own = self.point.own - solved[:, :, 0] - np.einsum("lsc,lc->ls", solved[:, :, 1:], mine)
+        answer = -solved[:, :, 0] - np.einsum("lsc,lc->ls", solved[:, :, 1:], mine)
+        promised = weights @ self._fall(np.concatenate([mine, answer], axis=1))
+        promised -= step @ (2 * prior_gradient + prior @ step)
+        self.over = bool(promised < self.enough * self.cost)
+        own = self.point.own + answer
         point = dataclasses.replace(self.layout.moved(self.model, self.point, reached), own=own)
         return centred(self.model, self.bench, point) if self.centres else point
+
+    def _fall(self, change: np.ndarray) -> np.ndarray:
+        """By how much the linearised cost of every lane falls for a change of its unknowns, its own last."""
+        used = np.r_[: 1 + len(self.free), COLUMNS : COLUMNS + OWN]
+        slope = np.einsum("lc,lc->l", change, self.gradient[:, used])
+        return -2 * slope - np.einsum("lc,lcd,ld->l", change, self.curvature[:, used[:, None], used], change)
 
     def result(self) -> Refit:
         return Refit(

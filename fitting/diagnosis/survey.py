@@ -72,21 +72,25 @@ class Survey:
         return suffices(self.nominal.misfit / self.floor, self.found[0].refit.misfit / self.floor)
 
 
+def nominal_on(model: Model, bench: Bench, point: Point) -> Refit:
+    """The nominal model fitted to a bench from a point on."""
+    (nominal,) = refit(model, bench, [point], [model.nuisances()])
+    return released(model, bench, nominal)
+
+
 def survey(
     model: Model,
     bench: Bench,
-    point: Point,
+    nominal: Refit,
     begins: np.ndarray,
     progress: Progress,
     known: Sequence[Explanation] = (),
 ) -> Survey:
-    """Screens every effect on a bench, from the nominal model's point on, and refits the promising ones, and
-    the best of those `known` from the same lanes weighed otherwise. Where none suffices, what else there is
-    is tried outright, and where no friction was recorded, all afresh from the constants in `begins`."""
-    progress.stage("effects screened", 2)
-    (nominal,) = refit(model, bench, [point], [model.nuisances()])
-    nominal = released(model, bench, nominal)
-    progress.advance(f"chi2 per sample {nominal.misfit:.4g}")
+    """Screens every effect on a bench beside the nominal model, as fitted there, and refits the promising
+    ones, and the best of those `known` from the same lanes weighed otherwise. Where none suffices, what else
+    there is is tried outright, and where no friction was recorded, all afresh from the constants in `begins`.
+    """
+    progress.stage("effects screened", 1)
     first = screen(model, bench, nominal)
     progress.advance(f"{len(first.keys)} effects")
     promises = _short_list(model, first)

@@ -10,12 +10,17 @@ from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contacts import Chosen, concerns_contact
 from fitting.diagnosis.ground import resolved
 from fitting.diagnosis.other_contact import beside_single_effects
+from fitting.diagnosis.refit import refit
+from fitting.diagnosis.repeatability import floor_of
 from fitting.diagnosis.scatter import Scatter
 from fitting.diagnosis.shrink import Split
-from fitting.diagnosis.survey import Survey, survey
+from fitting.diagnosis.survey import NOTABLE, Survey, nominal_on, survey
 from fitting.progress import Progress
 
 TURNS = 3
+MOSTLY = 0.4
+"""Residuals are weighed by what does not repeat itself before anything else is tried where that is a larger
+share of the nominal model's misfit."""
 OVERRATED = 0.8
 """Where an explanation leaves less, what does not repeat itself has been taken for more than it is; it is
 found anew, in so many turns at most."""
@@ -27,19 +32,36 @@ def surveyed(
     """The contact that the records ask for, the bench of what is not held out, weighed by what does not
     repeat itself where that is notable, and the survey there. `paper`, `plain`: the assumed contact, and the
     bench as it was laid out; `begin`: the nominal model there."""
-    chosen, bench = paper, plain
-    seen = survey(chosen.model, bench, begin, paper.ground.begins, progress)
+    chosen, bench, seen = _first(paper, plain, begin, held, progress)
     for _ in range(TURNS):
         if seen.scatters or _overrated(bench, seen):
             best = seen.found[0].refit.point
             chosen, bench = _evened(chosen, paper.ground.bench, plain, held, best)
             point, known = seen.nominal.point, seen.found
-            seen = survey(chosen.model, bench, point, paper.ground.begins, progress, known)
+            nominal = nominal_on(chosen.model, bench, point)
+            seen = survey(chosen.model, bench, nominal, paper.ground.begins, progress, known)
         if chosen.words is None and _may_be_the_contact(chosen, bench, seen):
             chosen, seen = beside_single_effects(chosen, bench, seen, held, progress)
         if not _overrated(bench, seen):
             break
     return chosen, bench, seen
+
+
+def _first(
+    paper: Chosen, plain: Bench, begin: Point, held: Split, progress: Progress
+) -> tuple[Chosen, Bench, Survey]:
+    """The first survey: on the bench as it was laid out, or weighed at once by what does not repeat itself
+    where that is a good part of what the nominal model leaves, and is notable under what is found then, too:
+    what keeps another time than the excitation does not repeat itself either, until it is in the model."""
+    model, begins = paper.model, paper.ground.begins
+    nominal, known = nominal_on(model, plain, begin), ()
+    if floor_of(model, plain, [nominal]) > max(NOTABLE, MOSTLY * nominal.misfit):
+        chosen, bench = _evened(paper, paper.ground.bench, plain, held, nominal.point)
+        seen = survey(model, bench, nominal_on(model, bench, nominal.point), begins, progress)
+        known, best = seen.found, seen.found[0].refit
+        if floor_of(model, plain, refit(model, plain, [best.point], [best.free])) > NOTABLE:
+            return chosen, bench, seen
+    return paper, plain, survey(model, plain, nominal, begins, progress, known)
 
 
 def weighed_anew(

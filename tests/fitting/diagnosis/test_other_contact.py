@@ -126,11 +126,13 @@ def test_the_survey_on_another_contact_knows_what_explained_the_records_before(
     monkeypatch.setattr(other_contact, "choose_contact", lambda *_: other)
     told: list[Explanation] = []
 
-    def surveyed(model: Any, bench: Any, point: Any, begins: Any, progress: Any, known: Any) -> Any:
+    def surveyed(model: Any, bench: Any, nominal: Any, begins: Any, progress: Any, known: Any) -> Any:
         told.extend(known)
         better = dataclasses.replace(known[0], refit=dataclasses.replace(known[0].refit, misfit=best))
-        return Survey(dataclasses.replace(seen.nominal, misfit=without), blank, (better,), 1.0)
+        return Survey(nominal, blank, (better,), 1.0)
 
+    bare = dataclasses.replace(seen.nominal, misfit=without)
+    monkeypatch.setattr(other_contact, "nominal_on", lambda *_: bare)
     monkeypatch.setattr(other_contact, "survey", surveyed)
     contact, again = beside_single_effects(paper, blank, seen, HELD, Silent())
     assert (contact is other, again.least) == (taken, best if taken else 3.0)
@@ -138,3 +140,29 @@ def test_the_survey_on_another_contact_knows_what_explained_the_records_before(
     assert carried.keys == (HUM,) and carried.refit.misfit == 3.0
     assert carried.refit.point.coordinates[model.index("A")] == 0.7
     assert model.index("mains_hum.sine")[0] in carried.refit.free
+
+
+@pytest.mark.parametrize(("without", "taken"), [(1.1, False), (1.02, True)])
+def test_where_an_effect_suffices_another_contact_must_do_without_it(paper, monkeypatch, without, taken):
+    """Or nothing is surveyed there."""
+    model = paper.model
+    point = Point((HUM,), model.origin({}), np.zeros((1, len(model.by_run))), np.zeros((3, 5)), np.ones(2))
+    fit = dataclasses.replace(PAIR.explanations[0].refit, point=point, free=model.index("mains_hum.sine"))
+    blank: Any = None
+    best = dataclasses.replace(PAIR.explanations[2], refit=dataclasses.replace(fit, misfit=1.05))
+    seen = Survey(dataclasses.replace(fit, misfit=9.0), blank, (best,), 1.0)
+    assert seen.suffices
+    ground: Any = types.SimpleNamespace(point=point, begins=NOBODY)
+    other: Any = types.SimpleNamespace(model=model, words="a bristle", ground=ground, preferred=0.6)
+    bare = dataclasses.replace(fit, misfit=without)
+    surveys: list[Survey] = []
+
+    def surveyed(*given: Any) -> Survey:
+        surveys.append(Survey(given[2], blank, (best,), 1.0))
+        return surveys[-1]
+
+    monkeypatch.setattr(other_contact, "choose_contact", lambda *_: other)
+    monkeypatch.setattr(other_contact, "nominal_on", lambda *_: bare)
+    monkeypatch.setattr(other_contact, "survey", surveyed)
+    found = beside_single_effects(paper, blank, seen, HELD, Silent())
+    assert found == ((other, surveys[0]) if taken else (paper, seen)) and len(surveys) == taken

@@ -76,7 +76,7 @@ def test_what_is_known_from_the_same_lanes_is_not_lost(enlarged, monkeypatch):
     monkeypatch.setattr(surveying, "contest", lambda *_: [stuck])
     monkeypatch.setattr(surveying, "outright", lambda *_: [])
     lost, kept = (
-        survey(model, base.bench, base.point, base.begins, Silent(), known)
+        survey(model, base.bench, nominal, base.begins, Silent(), known)
         for known in ((), [Explanation((MATE,), promise, right)])
     )
     assert lost.least == pytest.approx(nominal.misfit, rel=0.05) and not lost.suffices

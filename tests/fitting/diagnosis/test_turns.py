@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -67,12 +68,16 @@ def surveyed(
     laid: Laid,
     monkeypatch: pytest.MonkeyPatch,
     *script: tuple[Refit, float, float],
+    nominal: float = 70.0,
+    floors: tuple[float, ...] = (1.0,),
     asked: list[Bench] | None = None,
 ):
     """What is found where surveys come, one after the other, to these refits with these misfits above these
     floors; all of them are made, and no more, and each is told what the one before found. No other contact
-    explains anything; `asked` takes the benches on which one was tried."""
-    left, known = list(script), []
+    explains anything; `asked` takes the benches on which one was tried. The poor refit is the `nominal`
+    model's, with that misfit; `floors`: under it, and under what the first survey found, where that is asked
+    for."""
+    left, known, told = list(script), [], list(floors)
 
     def beside(chosen: Chosen, bench: Bench, seen: Survey, *others: object) -> tuple[Chosen, Survey]:
         if asked is not None:
@@ -80,22 +85,55 @@ def surveyed(
         return chosen, seen
 
     def scripted(*given: object) -> Survey:
-        assert list(given[5:]) == known[-1:]
+        assert [each for each in given[5:] if each] == known[-1:]
         fit, misfit, floor = left.pop(0)
         fit = dataclasses.replace(fit, misfit=misfit)
         known.append((Explanation((UNEVEN,), PROMISE, fit),))
         return Survey(fit, SCREEN, known[-1], floor)
 
+    def floor(model: object, bench: Bench, fits: Sequence[Refit]) -> float:
+        assert bench is laid.plain
+        return told.pop(0)
+
+    poor = dataclasses.replace(laid.poor, misfit=nominal)
+    monkeypatch.setattr(turns, "nominal_on", lambda *_: poor)
+    monkeypatch.setattr(turns, "refit", lambda *_: [laid.right])
+    monkeypatch.setattr(turns, "floor_of", floor)
     monkeypatch.setattr(turns, "survey", scripted)
     monkeypatch.setattr(turns, "beside_single_effects", beside)
     found = turns.surveyed(laid.paper, laid.plain, laid.right.point, laid.held, Silent())
-    assert not left
+    assert not left and not told
     return found
 
 
 def test_records_that_repeat_themselves_are_surveyed_once(laid, monkeypatch):
     chosen, bench, seen = surveyed(laid, monkeypatch, (laid.right, 1.0, 1.0))
     assert bench is laid.plain and chosen is laid.paper and seen.least == 1.0
+
+
+def test_what_scatters_is_weighed_before_the_first_survey(laid, monkeypatch):
+    """By what does not repeat itself under the nominal model."""
+    chosen, bench, _ = surveyed(laid, monkeypatch, (laid.right, 1.0, 1.0), floors=(65.0, 40.0))
+    assert chosen.ground.scatter == Scatter.of(
+        chosen.model, laid.plain, laid.poor.point, chosen.problem.period
+    )
+    assert bench.scatters and chosen.ground.bench.scatters
+
+
+def test_what_hardly_scatters_beside_a_strong_effect_is_weighed_once_that_is_found(laid, monkeypatch):
+    script = (laid.right, 70.0, 65.0), (laid.right, 1.0, 1.0)
+    chosen, bench, _ = surveyed(laid, monkeypatch, *script, nominal=1000.0, floors=(65.0,))
+    assert chosen.ground.scatter == Scatter.of(
+        chosen.model, laid.plain, laid.right.point, chosen.problem.period
+    )
+    assert bench.scatters
+
+
+def test_what_only_keeps_another_time_is_not_weighed_by(laid, monkeypatch):
+    """Hum, say, which does not repeat itself with the excitation until it is in the model."""
+    script = (laid.right, 0.1, 1.0), (laid.right, 1.0, 1.0)
+    chosen, bench, seen = surveyed(laid, monkeypatch, *script, floors=(65.0, 1.0))
+    assert chosen is laid.paper and bench is laid.plain and seen.least == 1.0
 
 
 def test_what_was_overrated_is_found_anew_and_not_on_top(laid, monkeypatch):

@@ -1,0 +1,66 @@
+"""When a search is over: where a step promises less than the records can tell."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import ENOUGH, ENOUGH_OF_SCATTER, Refit, refit
+from jaxstick.parts.drive import SineDrive
+from tests.fitting.diagnosis.grounded import from_the_truth, laid_out
+from tests.fitting.reference_data import TRUTH, dataset, noisy, own_run
+
+
+@pytest.fixture(scope="module")
+def fitted() -> tuple[Model, Bench, Refit]:
+    """A record of the 1987 rig, its lanes fitted from the true constants on."""
+    run = noisy(own_run(SineDrive(1.5, 10.325e-3), samples=600), np.random.default_rng(3))
+    model, bench = laid_out(dataset(run))
+    return model, bench, from_the_truth(model, bench, (), model.origin(TRUTH))
+
+
+def looked_at(
+    model: Model, bench: Bench, point: Point, free: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> tuple[Refit, int]:
+    """The refit from a point on, and at how many points the motion was computed for it."""
+    plain, count = model.columns, 0
+
+    def counted(jobs):
+        nonlocal count
+        count += 1
+        return plain(jobs)
+
+    monkeypatch.setattr(model, "columns", counted)
+    (found,) = refit(model, bench, [point], [free], wander=False)
+    monkeypatch.undo()
+    return found, count
+
+
+def test_a_step_that_promises_nothing_is_not_taken(fitted, monkeypatch):
+    """The search has converged: it is over once the first linearisation says so."""
+    model, bench, fit = fitted
+    (fit,) = refit(model, bench, [fit.point], [fit.free], wander=False)
+    again, count = looked_at(model, bench, fit.point, fit.free, monkeypatch)
+    assert count == 1 and again.misfit == fit.misfit and again.iterations == 0
+
+
+@pytest.mark.parametrize(
+    ("share", "plain", "weighed"), [(2e-5, False, False), (5.5e-5, True, False), (3e-4, True, True)]
+)
+def test_a_step_that_promises_something_is(fitted, monkeypatch, share, plain, weighed):
+    """From a C that is off by as much as a promise is worth a step: where residuals are weighed by what does
+    not repeat itself, from one that is farther off."""
+    model, bench, fit = fitted
+    (place,) = model.index("C")
+    member, coordinates = model.members[place], fit.point.coordinates.copy()
+    coordinates[place] = member.to_coordinate((1 + share) * member.to_value(coordinates[place]))
+    point = dataclasses.replace(fit.point, coordinates=coordinates)
+    scattering = dataclasses.replace(bench, scatters=True)
+    for each, enough, taken in ((bench, ENOUGH, plain), (scattering, ENOUGH_OF_SCATTER, weighed)):
+        found, count = looked_at(model, each, point, fit.free, monkeypatch)
+        assert (count > 1) == taken
+        assert found.misfit < fit.misfit * (1 + enough)
