@@ -15,7 +15,7 @@ from fitting.diagnosis.pairs import each_alone
 from fitting.diagnosis.refit import refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.screen import screen
-from fitting.diagnosis.survey import second_look, survey
+from fitting.diagnosis.survey import nominal_on, second_look, survey
 from fitting.progress import Silent
 from jaxstick.effects.displacement_gain import DisplacementGain
 from tests.fitting.diagnosis.grounded import grounded, with_effect
@@ -69,7 +69,7 @@ def test_an_effect_that_was_only_found_beside_another_is_found_alone(enlarged):
 def test_what_is_known_from_the_same_lanes_is_not_lost(enlarged, monkeypatch):
     """Where the search stays at null, what it had found before leads on."""
     model, base = enlarged
-    (nominal,) = refit(model, base.bench, [base.point], [model.nuisances()])
+    nominal = nominal_on(model, base.bench, base.point)
     right = with_effect(model, base, nominal, MATE)
     (promise,) = (p for p in screen(model, base.bench, nominal, shapes=[]).promises if p.key == MATE)
     stuck = Explanation((MATE,), promise, dataclasses.replace(nominal, free=right.free))
