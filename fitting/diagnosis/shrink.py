@@ -24,6 +24,9 @@ DRAWS = 400
 FEWEST_RUNS = 4
 SETTLED = 8
 """Refits of starts and levels alone take so many steps at most."""
+FLOOR_KNOWN = 0.025
+"""Standard deviation of the floor as a share of it: the noise, estimated from the records, is not known
+better, and where nearly all of a gap is closed that is most of the doubt."""
 LEAST_REDUCIBLE = 0.02
 GAPING, OPEN = 1.5, 0.3
 """A gap of more than so many times its floor is there to be closed; a cause closes more than this share,"""
@@ -123,7 +126,7 @@ def closure(
         floor=floor,
         assumed=gaps.get("assumed"),
         closed=closed("named"),
-        interval=_interval(costs["nominal"], costs["named"], dof, floor, seed),
+        interval=closed_interval(costs["nominal"], costs["named"], dof, floor, seed),
         placebo=closed("placebo") if "placebo" in gaps else None,
         wrong=closed("wrong") if "wrong" in gaps else None,
         held_out=held.files,
@@ -174,18 +177,20 @@ def share_closed(before: float, after: float, floor: float) -> float:
     return (before - after) / reducible if reducible > LEAST_REDUCIBLE else 0.0
 
 
-def _interval(
+def closed_interval(
     before: np.ndarray, after: np.ndarray, dof: np.ndarray, floor: float, seed: int
 ) -> tuple[float, float]:
-    """95 % interval of the share closed, by drawing stretches of lanes anew (block bootstrap)."""
+    """95 % interval of the share closed, by drawing stretches of lanes anew (block bootstrap), and the floor
+    as far as it is known."""
     random = np.random.default_rng(seed)
+    floors = floor * (1 + FLOOR_KNOWN * random.standard_normal(DRAWS))
     blocks = np.array_split(np.arange(len(before)), max(1, len(before) // BLOCK))
     if len(blocks) < 2:
         blocks = [np.array([lane]) for lane in range(len(before))]
     found = []
-    for _ in range(DRAWS):
+    for drawn_floor in floors.tolist():
         drawn = np.concatenate([blocks[i] for i in random.integers(len(blocks), size=len(blocks))])
         gaps = [math.sqrt(misfit_of(cost[drawn], dof[drawn])) for cost in (before, after)]
-        found.append(share_closed(gaps[0], gaps[1], floor))
+        found.append(share_closed(gaps[0], gaps[1], drawn_floor))
     low, high = np.quantile(found, [0.025, 0.975])
     return float(low), float(high)

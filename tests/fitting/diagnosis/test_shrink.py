@@ -12,7 +12,16 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 from fitting.diagnosis.findings import Closure
-from fitting.diagnosis.shrink import FEWEST_RUNS, left_open, refutes, split, steadies, worsens
+from fitting.diagnosis.shrink import (
+    FEWEST_RUNS,
+    FLOOR_KNOWN,
+    closed_interval,
+    left_open,
+    refutes,
+    split,
+    steadies,
+    worsens,
+)
 
 CLOSED = Closure(6.6, 1.1, 1.0, 14.0, 0.98, (0.95, 1.0), -0.02, 0.4, ("run-02.csv",), False)
 
@@ -92,3 +101,15 @@ def test_with_nothing_named_nothing_closes():
 )
 def test_friction_that_keeps_stiller_does_so_all_in_all(steadier, steadied, stiller):
     assert steadies(dataclasses.replace(CLOSED, steadier=steadier), steadied) is stiller
+
+
+@pytest.mark.parametrize("after", [1.0, 1.04])
+def test_the_share_closed_is_known_no_better_than_its_floor(after):
+    """All lanes alike, so that drawing them anew changes nothing: S = (b - a)/(b - f), and f is known to a
+    fortieth. A gap closed to the noise may be closed entirely, and by no more than that allows."""
+    dof, before = np.full(40, 100.0), 3.0
+    low, high = closed_interval(before**2 * dof, after**2 * dof, dof, 1.0, 0)
+    share = (before - after) / (before - 1.0)
+    reach = 1.96 * share * FLOOR_KNOWN / (before - 1.0)
+    assert low == pytest.approx(share - reach, abs=0.2 * reach)
+    assert high == pytest.approx(share + reach, abs=0.2 * reach) and high > 1.0
