@@ -51,6 +51,11 @@ class Problem:
     unknowns: Unknowns
     period: float
 
+    @property
+    def friction_recorded(self) -> bool:
+        """Whether any of the chosen runs has the friction force."""
+        return any(signal.run.friction is not None for signal in self.chosen)
+
 
 def pose(dataset: DataSet, settings: Settings) -> Problem:
     """The problem of fitting this data set.

@@ -53,6 +53,13 @@ class AbstractEffect(eqx.Module):
     traces_in_motion: ClassVar[tuple[str, ...] | None] = None
 
     @classmethod
+    def traces_seen(cls, friction_recorded: bool) -> tuple[str, ...]:
+        """Its traces in records with the friction force or without."""
+        if friction_recorded or cls.traces_in_motion is None:
+            return cls.traces
+        return cls.traces_in_motion
+
+    @classmethod
     def read_off(cls, leftover: Leftover) -> Mapping[str, float]:
         """Shape parameters by name that may be read off what a model without the effect leaves; most shapes
         are found by trying a few, and this says nothing of them."""

@@ -98,8 +98,7 @@ def lay(
         friction_weight=np.asarray(lanes.friction_weight) * counts,
         start_deviation=np.hypot(lanes.start_deviation, _misread(problem.chosen)[runs]),
     )
-    wanders = any(signal.run.friction is not None for signal in problem.chosen)
-    share = _share(lanes, plain)
+    share, wanders = _share(lanes, plain), problem.friction_recorded
     return Bench(with_room(lanes), runs, len(problem.chosen), share, np.array(phases), wanders)
 
 

@@ -135,7 +135,8 @@ class Model:
             self.tries.update({name: kind.tries for name, kind in kinds.items() if kind.tries})
             by_run += [name for name in strengths[key] if kinds[name].by_run]
             members += own
-        self.shelf = Shelf(shelf, strengths, shapes, _traces(shelf, problem))
+        traces = {key: effect.traces_seen(problem.friction_recorded) for key, effect in shelf.items()}
+        self.shelf = Shelf(shelf, strengths, shapes, traces)
         self.members = tuple(members)
         self.names = tuple(unknown.name for unknown in members)
         self.level = len(members)
@@ -374,15 +375,6 @@ def whitened(columns: Columns, whitener: np.ndarray | None, chosen: np.ndarray |
     mixed = mixed.reshape(lanes, rows, times, each).transpose(2, 0, 1, 3).reshape(-1, rows, each)
     jacobian[:, :rows, used], residual[:, :rows] = mixed[:, :, :-1], mixed[:, :, -1]
     return columns._replace(residual=residual, jacobian=jacobian)
-
-
-def _traces(shelf: dict[str, type[AbstractEffect]], problem: Problem) -> dict[str, tuple[str, ...]]:
-    recorded = any(signal.run.friction is not None for signal in problem.chosen)
-    in_motion = {key: effect.traces_in_motion for key, effect in shelf.items()}
-    return {
-        key: effect.traces if recorded or (found := in_motion[key]) is None else found
-        for key, effect in shelf.items()
-    }
 
 
 def _rig_unknowns(problem: Problem) -> list[Unknown]:

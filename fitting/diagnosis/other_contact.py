@@ -43,13 +43,13 @@ def beside_single_effects(
     if other.words is None:
         return paper, seen
     nominal = nominal_on(other.model, bench, other.ground.point.take(held.fitted))
-    if seen.suffices and nominal.misfit >= seen.least:
+    replaces = nominal.misfit < seen.least
+    if seen.suffices and not replaces:
         return paper, seen
     known = [_moved(explanation, paper.model, other.model) for explanation in seen.found]
     again = survey(other.model, bench, nominal, other.ground.begins, progress, known)
     floor = min(seen.floor, again.floor)
-    explains = not seen.suffices and again.least - floor < other.preferred * (seen.least - floor)
-    replaces = again.nominal.misfit < seen.least
+    explains = again.least - floor < other.preferred * (seen.least - floor)
     return (other, again) if explains or replaces else (paper, seen)
 
 
