@@ -1,4 +1,4 @@
-# make demo     fit the 1987 rig and print the constants      make lint   formatting, names, types
+# make demo     fit one shipped rig, diagnose another         make lint   formatting, names, types
 # make test     lint, then the whole test suite                make lock   pin the dependencies anew
 # make clean    remove what make made
 # Needs only python3 (3.11 or newer) and make. Another interpreter: make PYTHON=python3.12 test
@@ -8,12 +8,14 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 DEMO := out/demo-rig1987
+DEMO_DIAGNOSIS := out/demo-leaf_springs
 
 .DEFAULT_GOAL := demo
 .PHONY: demo test lint lock clean setup
 
 demo: $(READY)
 	@$(BIN)/jaxstick fit data/rig1987 --out $(DEMO) --overwrite
+	@$(BIN)/jaxstick diagnose data/leaf_springs --out $(DEMO_DIAGNOSIS) --overwrite
 
 test: lint
 	@$(BIN)/python -m pytest -q -n auto --dist loadfile --no-loadscope-reorder --durations 12
@@ -42,7 +44,7 @@ lock:
 		--extra test --group build --custom-compile-command "make lock" -o requirements.lock pyproject.toml
 
 clean:
-	@rm -rf $(VENV) .venv-lock $(DEMO) .pytest_cache .ruff_cache .hypothesis
+	@rm -rf $(VENV) .venv-lock $(DEMO) $(DEMO_DIAGNOSIS) .pytest_cache .ruff_cache .hypothesis
 	@rmdir out 2>/dev/null || true
 	@find jaxstick fitting tests scripts -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
 

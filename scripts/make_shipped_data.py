@@ -59,6 +59,8 @@ class Rig:
     seed: int
     channels: tuple[Channel, Channel, Channel, Channel]
     plans: tuple[Plan, ...]
+    unmodelled: str = ""
+    """What acts in the simulation and is not in the model of jaxstick, in a sentence for the README."""
 
 
 ASSUMED_KEYS = {"A": "A_n", "B": "B_s_per_m", "C": "C_n", "D": "D_n_s_per_m", "k1": "k1_n_per_m"}
@@ -130,7 +132,53 @@ TRIBOMETER = Rig(
     ),
 )
 
-RIGS = (RIG1987, TRIBOMETER)
+CUBIC = 1.5e6
+"""By how much the leaf springs stiffen [N/m^3]."""
+
+
+def stiffening(_t: float, x: float, _v: float) -> float:
+    """-CUBIC x^3 [N]."""
+    return -CUBIC * x**3
+
+
+LEAF_SPRINGS = Rig(
+    name="leaf_springs",
+    story="A carriage of 1.3 kg between leaf springs (6 Hz) on a greased rail, shaken by a table with "
+    "strokes of some millimetres.",
+    true=Oscillator(
+        mass=1.3,
+        stiffness=1850.0,
+        damping=3.1,
+        A=0.7,
+        B=45.0,
+        C=2.4,
+        D=1.6,
+        k1=60000.0,
+        extra_force=stiffening,
+    ),
+    damping=("damping_n_s_per_m", 3.1),
+    assumed={"A": 1.0, "B": 70.0, "C": 2.0, "D": 2.5, "k1": 90000.0},
+    rate=500.0,
+    seed=361,
+    channels=(
+        Channel("time_s", 1.0, 3),
+        Channel("base_mm", 1e-3, 3, 0.004),
+        Channel("displacement_mm", 1e-3, 3, 0.006),
+        Channel("friction_n", 1.0, 3, 0.02),
+    ),
+    plans=(
+        Plan(0.8, 6e-3, 0.4, 2),
+        Plan(1.3, 6e-3, 1.7, 3),
+        Plan(2.1, 5e-3, 3.3, 5, hold_out=True),
+        Plan(3.2, 4e-3, 4.9, 8),
+        Plan(4.4, 3.5e-3, 5.8, 11, hold_out=True),
+        Plan(7.5, 4e-3, 2.2, 20),
+    ),
+    unmodelled=f"Missing in the model: the springs stiffen, -k3 x^3 with k3 = {CUBIC:g} N/m^3. "
+    "`jaxstick diagnose` is not told.",
+)
+
+RIGS = (RIG1987, TRIBOMETER, LEAF_SPRINGS)
 
 
 def record(rig: Rig, plan: Plan, random: np.random.RandomState) -> np.ndarray:
@@ -200,7 +248,7 @@ def readme() -> str:
     parts = [
         "# Shipped data",
         "",
-        "Both data sets are SYNTHETIC: no rig was measured. They are made by",
+        "The data sets are SYNTHETIC: no rig was measured. They are made by",
         "",
         "    python scripts/make_shipped_data.py --out DIR",
         "",
@@ -227,6 +275,7 @@ def readme() -> str:
             f"c = {rig.true.damping:.4g} N s/m; friction against the ground.",
             f"Sampled at {rig.rate:g} Hz; noise (standard deviation): {noise}; seed {rig.seed}.",
             f"Held out: {held_out}.",
+            *([rig.unmodelled] if rig.unmodelled else []),
         ]
     parts += [
         "",
@@ -242,7 +291,7 @@ def file_name(number: int) -> str:
 
 
 def write(out: Path, overwrite: bool) -> None:
-    """Write both data sets and the README into `out`; FileExistsError where a target has content."""
+    """Write the data sets and the README into `out`; FileExistsError where a target has content."""
     targets = [out / "README.md", *(out / rig.name for rig in RIGS)]
     for target in targets:
         if not overwrite and target.exists() and (target.is_file() or any(target.iterdir())):

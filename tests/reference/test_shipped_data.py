@@ -16,7 +16,7 @@ DATA = Path(__file__).resolve().parents[2] / "data"
 def test_the_script_writes_the_shipped_bytes_and_refuses_to_do_it_twice(tmp_path: Path) -> None:
     make_shipped_data.write(tmp_path, overwrite=False)
     made = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file())
-    assert len(made) == 1 + 6 + 7
+    assert len(made) == 1 + 6 + 7 + 7
     for path in made:
         assert (tmp_path / path).read_bytes() == (DATA / path).read_bytes(), path
     with pytest.raises(FileExistsError, match="--overwrite"):
