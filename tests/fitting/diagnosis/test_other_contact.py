@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import types
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 from fitting.diagnosis import other_contact
 from fitting.diagnosis.bench import Point
+from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.other_contact import beside_single_effects, in_place_of_one_of_two
 from fitting.diagnosis.refit import Refit
@@ -102,6 +104,46 @@ def test_nothing_is_tried_where_no_one_of_two_changes_the_contact(paper, monkeyp
     assert settled(paper, monkeypatch, before, before, "a bristle") == (None, [])
 
 
+Known = Sequence[Explanation]
+
+
+def on_the_other(
+    paper: Any, monkeypatch: pytest.MonkeyPatch, alone: float, without: float, best: float
+) -> tuple[bool, float, list[Known]]:
+    """Whether the contact that the records suggest is taken, what then is the lowest misfit, and what every
+    survey there knew. One effect leaves `alone` and the nominal model 9 on the paper's contact; on the other
+    the nominal model leaves `without`, and the survey finds `best`."""
+    model = paper.model
+    point = Point((HUM,), model.origin({}), np.zeros((1, len(model.by_run))), np.zeros((3, 5)), np.ones(2))
+    point.coordinates[model.index("A")] = 0.7
+    fit = dataclasses.replace(
+        PAIR.explanations[0].refit, point=point, free=model.index("A", "mains_hum.sine")
+    )
+
+    def leaving(misfit: float) -> Refit:
+        return dataclasses.replace(fit, misfit=misfit)
+
+    blank: Any = None
+    found = dataclasses.replace(PAIR.explanations[2], refit=leaving(alone))
+    seen = Survey(leaving(9.0), blank, (found,), 1.0)
+    ground: Any = types.SimpleNamespace(point=point, begins=NOBODY)
+    other: Any = types.SimpleNamespace(model=model, words="a bristle", ground=ground, preferred=0.6)
+    known: list[Known] = []
+
+    def surveyed(
+        _model: Any, _bench: Any, nominal: Refit, _begins: Any, _progress: Any, told: Known
+    ) -> Survey:
+        known.append(told)
+        return Survey(nominal, blank, (dataclasses.replace(told[0], refit=leaving(best)),), 1.0)
+
+    monkeypatch.setattr(other_contact, "choose_contact", lambda *_: other)
+    monkeypatch.setattr(other_contact, "nominal_on", lambda *_: leaving(without))
+    monkeypatch.setattr(other_contact, "survey", surveyed)
+    contact, again = beside_single_effects(paper, blank, seen, HELD, Silent())
+    assert contact in (other, paper) and (again is seen) == (contact is paper)
+    return contact is other, again.least, known
+
+
 @pytest.mark.parametrize(
     ("without", "best", "taken"), [(9.0, 1.5, True), (9.0, 2.6, False), (2.9, 2.8, True), (3.1, 2.8, False)]
 )
@@ -110,34 +152,11 @@ def test_the_survey_on_another_contact_knows_what_explained_the_records_before(
 ):
     """Where it stood, carried over: from the nominal model on, the effect may not come among those tried.
     The contact is taken where it leaves clearly less, or does without an effect what the best did."""
-    model = paper.model
-    point = Point((HUM,), model.origin({}), np.zeros((1, len(model.by_run))), np.zeros((3, 5)), np.ones(2))
-    point.coordinates[model.index("A")] = 0.7
-    fit = dataclasses.replace(
-        PAIR.explanations[0].refit, point=point, free=model.index("A", "mains_hum.sine")
-    )
-    found = tuple(
-        dataclasses.replace(PAIR.explanations[2], refit=dataclasses.replace(fit, misfit=m)) for m in (3.0,)
-    )
-    blank: Any = None
-    seen: Any = Survey(dataclasses.replace(fit, misfit=9.0), blank, found, 1.0)
-    ground: Any = types.SimpleNamespace(point=point, begins=NOBODY)
-    other: Any = types.SimpleNamespace(model=model, words="a bristle", ground=ground, preferred=0.6)
-    monkeypatch.setattr(other_contact, "choose_contact", lambda *_: other)
-    told: list[Explanation] = []
-
-    def surveyed(model: Any, bench: Any, nominal: Any, begins: Any, progress: Any, known: Any) -> Any:
-        told.extend(known)
-        better = dataclasses.replace(known[0], refit=dataclasses.replace(known[0].refit, misfit=best))
-        return Survey(nominal, blank, (better,), 1.0)
-
-    bare = dataclasses.replace(seen.nominal, misfit=without)
-    monkeypatch.setattr(other_contact, "nominal_on", lambda *_: bare)
-    monkeypatch.setattr(other_contact, "survey", surveyed)
-    contact, again = beside_single_effects(paper, blank, seen, HELD, Silent())
-    assert (contact is other, again.least) == (taken, best if taken else 3.0)
-    (carried,) = told
-    assert carried.keys == (HUM,) and carried.refit.misfit == 3.0
+    alone = 3.0
+    *found, (known,) = on_the_other(paper, monkeypatch, alone, without, best)
+    assert found == [taken, best if taken else alone]
+    (carried,), model = known, paper.model
+    assert carried.keys == (HUM,) and carried.refit.misfit == alone
     assert carried.refit.point.coordinates[model.index("A")] == 0.7
     assert model.index("mains_hum.sine")[0] in carried.refit.free
 
@@ -145,24 +164,7 @@ def test_the_survey_on_another_contact_knows_what_explained_the_records_before(
 @pytest.mark.parametrize(("without", "taken"), [(1.1, False), (1.02, True)])
 def test_where_an_effect_suffices_another_contact_must_do_without_it(paper, monkeypatch, without, taken):
     """Or nothing is surveyed there."""
-    model = paper.model
-    point = Point((HUM,), model.origin({}), np.zeros((1, len(model.by_run))), np.zeros((3, 5)), np.ones(2))
-    fit = dataclasses.replace(PAIR.explanations[0].refit, point=point, free=model.index("mains_hum.sine"))
-    blank: Any = None
-    best = dataclasses.replace(PAIR.explanations[2], refit=dataclasses.replace(fit, misfit=1.05))
-    seen = Survey(dataclasses.replace(fit, misfit=9.0), blank, (best,), 1.0)
-    assert seen.suffices
-    ground: Any = types.SimpleNamespace(point=point, begins=NOBODY)
-    other: Any = types.SimpleNamespace(model=model, words="a bristle", ground=ground, preferred=0.6)
-    bare = dataclasses.replace(fit, misfit=without)
-    surveys: list[Survey] = []
-
-    def surveyed(*given: Any) -> Survey:
-        surveys.append(Survey(given[2], blank, (best,), 1.0))
-        return surveys[-1]
-
-    monkeypatch.setattr(other_contact, "choose_contact", lambda *_: other)
-    monkeypatch.setattr(other_contact, "nominal_on", lambda *_: bare)
-    monkeypatch.setattr(other_contact, "survey", surveyed)
-    found = beside_single_effects(paper, blank, seen, HELD, Silent())
-    assert found == ((other, surveys[0]) if taken else (paper, seen)) and len(surveys) == taken
+    alone, best = 1.05, 1.01
+    assert passes_for_noise(alone)
+    *found, known = on_the_other(paper, monkeypatch, alone, without, best)
+    assert found == [taken, best if taken else alone] and len(known) == taken
