@@ -8,40 +8,27 @@ from collections.abc import Sequence
 
 from fitting.account import joined
 from fitting.correction import correction_of
-from fitting.diagnosis.attribute import Attribution, attribute
+from fitting.diagnosis.attribute import Attribution
 from fitting.diagnosis.comparison import candidates, likeness
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.detection import limits
 from fitting.diagnosis.estimates import estimates
 from fitting.diagnosis.explanation import Explanation
-from fitting.diagnosis.findings import Closure, Diagnosis, Trace
-from fitting.diagnosis.ground import Ground, ground, resolved
-from fitting.diagnosis.judge import Judgement, astray, refuted, weighed_again
+from fitting.diagnosis.findings import Diagnosis, Trace
+from fitting.diagnosis.ground import Ground, ground
+from fitting.diagnosis.inquiry import Inquiry, inquire
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.next_run import next_run
-from fitting.diagnosis.other_contact import beside_a_pair, in_place_of_one_of_two
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.repeatability import wander_of
-from fitting.diagnosis.scatter import restless
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import (
-    CLEARLY,
-    ONLY_HERE,
     Split,
-    closure,
-    gain,
-    left_open,
-    refutes,
     split,
-    stays_open,
-    steadies,
-    worsens,
 )
-from fitting.diagnosis.turns import surveyed, weighed_anew
-from fitting.diagnosis.verdict import NONE, UNLISTED
-from fitting.diagnosis.words import advice, notes, refutation, sentence, steps_taken
+from fitting.diagnosis.words import advice, notes, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
 from fitting.segments import Segment
@@ -72,34 +59,11 @@ def diagnose(
     problem = pose(every, fitting)
     model = Model(problem, settings.workers)
     base = ground(problem, model, fitting, progress, model.groups())
-    held = split(problem, base.bench, held_out)
-    begin = base.point.take(held.fitted)
-    plain = resolved(model, base.bench.take(held.fitted), begin)
-    paper = Chosen(problem, model, base)
-    chosen, bench, seen = surveyed(paper, plain, begin, held, progress)
-    found = attribute(chosen.model, bench, seen, progress)
-    chosen, bench, found = weighed_anew(paper, chosen, bench, plain, held, found)
-    if chosen.words is None and found.asks_for_a_contact:
-        chosen, found = beside_a_pair(chosen, bench, found, held, progress)
-    if chosen.words is None:
-        chosen, found = in_place_of_one_of_two(chosen, bench, found, held, progress)
+    inquiry = _inquired(Chosen(problem, model, base), held_out, settings, progress)
+    chosen, bench, held = inquiry.chosen, inquiry.bench, inquiry.held
+    found, named, shrunk = inquiry.found, inquiry.named, inquiry.shrunk
     problem, model, base = chosen.problem, chosen.model, chosen.ground
-    unsteady = found.judgement.verdict == "none" and restless(problem, model, found.nominal, base.scatter)
-    if unsteady:
-        found = dataclasses.replace(found, judgement=astray(found.judgement))
-    named = _named(found)
-    progress.stage("how far the gap shrinks", 3)
-    shrunk = _shrunk(chosen, held, found, named, settings.seed)
-    progress.advance()
-    doubts: tuple[str, ...] = ()
-    if named is not None:
-        found = dataclasses.replace(found, judgement=confirmed(found, named, shrunk))
-        first, named = named, _named(found)
-        if named is None:
-            doubts = (refutation(first.keys, shrunk),)
-            shrunk = left_open(shrunk)
-        elif named is not first:
-            shrunk = _shrunk(chosen, held, found, named, settings.seed)
+    progress.stage("everything fitted once more", 2)
     before, after = _finally(model, base, held, found, named)
     progress.advance()
     seen_before, seen_after = (see(model, base.bench, fit.point) for fit in (before, after))
@@ -119,7 +83,9 @@ def diagnose(
         verdict=judgement.verdict,
         named=judgement.named,
         probabilities=judgement.effects,
-        sentence=sentence(model, judgement, shrunk, where, wander_of(found.nominal), restless=unsteady),
+        sentence=sentence(
+            model, judgement, shrunk, where, wander_of(found.nominal), restless=inquiry.unsteady
+        ),
         where=where,
         residual_force=force,
         candidates=listed,
@@ -134,7 +100,7 @@ def diagnose(
         cards={key: effect.card for key, effect in model.shelf.effects.items()},
         next_experiment=advice(problem, model, found, bench, proposal),
         next_run=proposal,
-        notes=(*doubts, *notes(problem, found, named, where, held, chosen, shrunk)),
+        notes=(*inquiry.doubts, *notes(problem, found, named, where, held, chosen, shrunk)),
         steps=steps_taken(problem, model, found, base, held, chosen),
         sha256=dataset.sha256,
         settings=dataclasses.asdict(settings),
@@ -145,46 +111,21 @@ def diagnose(
     )
 
 
-def _named(found: Attribution) -> Explanation | None:
-    """The explanation that the verdict rests on, the likeliest of what it names; None for nothing named."""
-    taken = set(found.judgement.taken)
-    return next(e for e in found.explanations if set(e.keys) == taken) if taken else None
-
-
-def confirmed(found: Attribution, named: Explanation, shrunk: Closure) -> Judgement:
-    """The judgement once runs that took no part have spoken for or against what is named.
-
-    An effect that is named since it makes friction steadier, where there is no gap, explains what runs show
-    that took no part, too, if it explains anything.
-    """
-    judgement = weighed_again(found.judgement, named.keys, shrunk.steadier)
-    if not judgement.named:
-        return judgement
-    if steadies(shrunk, judgement.steadier[named.keys]):
-        no_cause = found.shows_no_gap and stays_open(shrunk, ONLY_HERE)
-        return refuted(judgement, NONE) if no_cause else judgement
-    if refutes(shrunk, gain(found.nominal, named.refit)):
-        return refuted(judgement, UNLISTED)
-    if found.shows_no_gap:
-        return refuted(judgement, NONE) if worsens(shrunk) else judgement
-    return refuted(judgement, UNLISTED) if worsens(shrunk, CLEARLY) else judgement
-
-
-def _shrunk(chosen: Chosen, held: Split, found: Attribution, named: Explanation | None, seed: int) -> Closure:
-    """How far the gap shrinks on what was held out."""
-    base, fits = chosen.ground, _fits(found, named)
-    return closure(chosen.problem, chosen.model, base.bench, held, fits, base.point.own, seed)
-
-
-def _fits(found: Attribution, named: Explanation | None) -> dict[str, Refit]:
-    """The fits whose gaps are compared on what was held out."""
-    fits = {"nominal": found.nominal, "named": found.nominal if named is None else named.refit}
-    mentioned = set(found.judgement.named)
-    wrong = [e for e in found.explanations if not mentioned & set(e.keys)]
-    if wrong and mentioned:
-        fits["wrong"] = wrong[0].refit
-        fits["placebo"] = wrong[-1].refit
-    return fits
+def _inquired(
+    paper: Chosen, held_out: Sequence[str], settings: DiagnosisSettings, progress: Progress
+) -> Inquiry:
+    """The inquiry on the runs that are not held out. Where only those that are show a gap, it is the one with
+    others held out in their place, if that names something and nobody asked for these to be held out."""
+    problem, bench = paper.problem, paper.ground.bench
+    held = split(problem, bench, held_out)
+    inquiry = inquire(paper, held, settings.seed, progress)
+    if not inquiry.gapes_only_there:
+        return inquiry
+    if not held_out and not held.by_segments:
+        other = inquire(paper, split(problem, bench, (), fitted=held.files), settings.seed, progress)
+        if other.named is not None:
+            return other
+    return inquiry.unexplained()
 
 
 def _finally(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -55,11 +55,12 @@ class Split:
         return not self.files
 
 
-def split(problem: Problem, bench: Bench, hold_out: Sequence[str]) -> Split:
+def split(problem: Problem, bench: Bench, hold_out: Sequence[str], fitted: Collection[str] = ()) -> Split:
     """Holds out the named runs; else a third of the runs; with fewer than four, every third stretch of lanes.
 
     Among the runs that are fitted are the slowest, the fastest and the one of the largest stroke, so that
-    what is held out asks for nothing beyond what was seen: an end stop, say, may act in one run alone.
+    what is held out asks for nothing beyond what was seen: an end stop, say, may act in one run alone. Those
+    asked to be `fitted` are so in any case, and the extreme ones where others are left.
     """
     runs = [signal.run for signal in problem.chosen]
     files = [run.file for run in runs]
@@ -67,8 +68,9 @@ def split(problem: Problem, bench: Bench, hold_out: Sequence[str]) -> Split:
     if not named and len(files) >= FEWEST_RUNS:
         order = sorted(range(len(files)), key=lambda n: runs[n].frequency or n)
         longest = max(order, key=lambda n: float(np.ptp(runs[n].displacement)))
-        inner = [n for n in order[1:-1] if n != longest]
-        count = round(len(order) / 3)
+        free = [n for n in order if files[n] not in fitted]
+        inner = [n for n in free if n not in (order[0], order[-1], longest)] or free
+        count = min(round(len(order) / 3), len(inner))
         named = tuple(files[inner[(2 * k + 1) * len(inner) // (2 * count)]] for k in range(count))
     if not named:
         stretch = np.array([lane // BLOCK for lane in range(len(bench.run))])

@@ -117,6 +117,16 @@ def refutation(named: Sequence[str], shrunk: Closure) -> str:
     )
 
 
+def only_there(shrunk: Closure) -> str:
+    """What is to be known where nothing is found in what was fitted, and what took no part shows a gap."""
+    apart = f" ({', '.join(shrunk.held_out)})" if shrunk.held_out else ""
+    return (
+        f"The {_held(shrunk)} that were fitted agree with the simulator, but on those that took no part"
+        f"{apart} the gap is {shrunk.before:.3g} times the noise: something acts there that the others do "
+        "not show."
+    )
+
+
 def _listed(keys: Sequence[str], last: str = "and") -> str:
     return f" {last} ".join(filter(None, (", ".join(keys[:-1]), keys[-1])))
 

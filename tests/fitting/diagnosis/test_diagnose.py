@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis.accounts import Account
-from fitting.diagnosis.diagnose import confirmed, diagnose
+from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.findings import Closure, Diagnosis
 from fitting.diagnosis.ground import ground
+from fitting.diagnosis.inquiry import confirmed
 from fitting.diagnosis.judge import judge
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import refit

@@ -26,7 +26,12 @@ from fitting.diagnosis.shrink import (
 CLOSED = Closure(6.6, 1.1, 1.0, 14.0, 0.98, (0.95, 1.0), -0.02, 0.4, ("run-02.csv",), False)
 
 
-def divided(frequencies: list[float], strokes: list[float], hold_out: tuple[str, ...] = ()) -> list[int]:
+def divided(
+    frequencies: list[float],
+    strokes: list[float],
+    hold_out: tuple[str, ...] = (),
+    fitted: tuple[str, ...] = (),
+) -> list[int]:
     """Which runs of these frequencies [Hz] and strokes are held out, each of two lanes."""
     signals = [
         SimpleNamespace(run=SimpleNamespace(file=str(n), frequency=f, displacement=np.array([0.0, stroke])))
@@ -34,7 +39,7 @@ def divided(frequencies: list[float], strokes: list[float], hold_out: tuple[str,
     ]
     problem: Any = SimpleNamespace(chosen=signals)
     bench: Any = SimpleNamespace(run=np.repeat(np.arange(len(signals)), 2))
-    found = split(problem, bench, hold_out)
+    found = split(problem, bench, hold_out, fitted)
     assert sorted([*found.fitted, *found.held]) == list(range(2 * len(signals)))
     assert sorted(bench.run[found.held]) == sorted(2 * [int(file) for file in found.files])
     return [int(file) for file in found.files]
@@ -52,6 +57,18 @@ def test_what_is_held_out_lies_within_what_is_fitted(runs):
     for every in (frequencies, strokes):
         assert max(every[n] for n in fitted) == max(every)
     assert min(frequencies[n] for n in fitted) == min(frequencies)
+
+
+@given(
+    some.lists(some.tuples(some.floats(0.1, 10.0), some.floats(1e-3, 0.1)), min_size=FEWEST_RUNS, max_size=20)
+)
+def test_others_are_held_out_in_the_place_of_those_that_were(runs):
+    """As many, where there are so many besides the extreme ones; one at least."""
+    frequencies, strokes = ([run[place] for run in runs] for place in (0, 1))
+    before = divided(frequencies, strokes)
+    instead = divided(frequencies, strokes, fitted=tuple(map(str, before)))
+    assert not {*before} & {*instead}
+    assert len({*instead}) == len(instead) and 1 <= len(instead) <= len(before)
 
 
 def test_runs_that_are_named_are_held_out():

@@ -1,0 +1,141 @@
+"""One inquiry: what explains the runs that are fitted, and what those that took no part say of it."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from fitting.diagnosis.attribute import Attribution, attribute
+from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.contacts import Chosen
+from fitting.diagnosis.explanation import Explanation
+from fitting.diagnosis.findings import Closure
+from fitting.diagnosis.ground import resolved
+from fitting.diagnosis.judge import Judgement, astray, refuted, weighed_again
+from fitting.diagnosis.other_contact import beside_a_pair, in_place_of_one_of_two
+from fitting.diagnosis.refit import Refit
+from fitting.diagnosis.scatter import restless
+from fitting.diagnosis.shrink import (
+    CLEARLY,
+    ONLY_HERE,
+    Split,
+    closure,
+    gain,
+    left_open,
+    refutes,
+    stays_open,
+    steadies,
+    worsens,
+)
+from fitting.diagnosis.turns import surveyed, weighed_anew
+from fitting.diagnosis.verdict import NONE, UNLISTED
+from fitting.diagnosis.words import only_there, refutation
+from fitting.progress import Progress
+
+ONLY_THERE = 1.1
+"""Runs that took no part, and leave so many times their floor, show a gap that the others do not. Where
+nothing acted and nothing scattered none of 57 sealed cases left more than 1.06; one left 1.19 in which
+something did."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Inquiry:
+    """What explains the lanes that are fitted: the contact, the bench of these lanes, the attribution, and
+    what the verdict rests on; how far the gap shrinks on the lanes that are held out; what speaks against the
+    verdict. `unsteady`: friction scatters more than friction does that wanders."""
+
+    chosen: Chosen
+    bench: Bench
+    held: Split
+    found: Attribution
+    named: Explanation | None
+    shrunk: Closure
+    unsteady: bool
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def gapes_only_there(self) -> bool:
+        """Whether nothing is found where the lanes were fitted, and those held out show a gap all the same.
+        Where friction scatters, the floor of the few that are held out says too little for that."""
+        nothing = self.found.judgement.verdict == "none" and not self.bench.scatters
+        return nothing and self.shrunk.before > ONLY_THERE * self.shrunk.floor
+
+    def unexplained(self) -> Inquiry:
+        """The inquiry once what gapes only there is no "none": something acts that the fitted lanes do not
+        show."""
+        found = dataclasses.replace(self.found, judgement=astray(self.found.judgement))
+        return dataclasses.replace(self, found=found, doubts=(*self.doubts, only_there(self.shrunk)))
+
+
+def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquiry:
+    """Every effect of the shelf is tried on the lanes that are fitted, on the paper's contact and on others,
+    and the shrinking of the gap is measured on those that are held out."""
+    begin = paper.ground.point.take(held.fitted)
+    plain = resolved(paper.model, paper.ground.bench.take(held.fitted), begin)
+    chosen, bench, seen = surveyed(paper, plain, begin, held, progress)
+    found = attribute(chosen.model, bench, seen, progress)
+    chosen, bench, found = weighed_anew(paper, chosen, bench, plain, held, found)
+    if chosen.words is None and found.asks_for_a_contact:
+        chosen, found = beside_a_pair(chosen, bench, found, held, progress)
+    if chosen.words is None:
+        chosen, found = in_place_of_one_of_two(chosen, bench, found, held, progress)
+    unsteady = found.judgement.verdict == "none" and restless(
+        chosen.problem, chosen.model, found.nominal, chosen.ground.scatter
+    )
+    if unsteady:
+        found = dataclasses.replace(found, judgement=astray(found.judgement))
+    progress.stage("how far the gap shrinks", 1)
+    first = _named(found)
+    shrunk = _shrunk(chosen, held, found, first, seed)
+    named, doubts = first, ()
+    if first is not None:
+        found = dataclasses.replace(found, judgement=confirmed(found, first, shrunk))
+        named = _named(found)
+        if named is None:
+            doubts = (refutation(first.keys, shrunk),)
+            shrunk = left_open(shrunk)
+        elif named is not first:
+            shrunk = _shrunk(chosen, held, found, named, seed)
+    progress.advance()
+    return Inquiry(chosen, bench, held, found, named, shrunk, unsteady, doubts)
+
+
+def _named(found: Attribution) -> Explanation | None:
+    """The explanation that the verdict rests on, the likeliest of what it names; None for nothing named."""
+    taken = set(found.judgement.taken)
+    return next(e for e in found.explanations if set(e.keys) == taken) if taken else None
+
+
+def confirmed(found: Attribution, named: Explanation, shrunk: Closure) -> Judgement:
+    """The judgement once runs that took no part have spoken for or against what is named.
+
+    An effect that is named since it makes friction steadier, where there is no gap, explains what runs show
+    that took no part, too, if it explains anything.
+    """
+    judgement = weighed_again(found.judgement, named.keys, shrunk.steadier)
+    if not judgement.named:
+        return judgement
+    if steadies(shrunk, judgement.steadier[named.keys]):
+        no_cause = found.shows_no_gap and stays_open(shrunk, ONLY_HERE)
+        return refuted(judgement, NONE) if no_cause else judgement
+    if refutes(shrunk, gain(found.nominal, named.refit)):
+        return refuted(judgement, UNLISTED)
+    if found.shows_no_gap:
+        return refuted(judgement, NONE) if worsens(shrunk) else judgement
+    return refuted(judgement, UNLISTED) if worsens(shrunk, CLEARLY) else judgement
+
+
+def _shrunk(chosen: Chosen, held: Split, found: Attribution, named: Explanation | None, seed: int) -> Closure:
+    """How far the gap shrinks on what was held out."""
+    base, fits = chosen.ground, _fits(found, named)
+    return closure(chosen.problem, chosen.model, base.bench, held, fits, base.point.own, seed)
+
+
+def _fits(found: Attribution, named: Explanation | None) -> dict[str, Refit]:
+    """The fits whose gaps are compared on what was held out."""
+    fits = {"nominal": found.nominal, "named": found.nominal if named is None else named.refit}
+    mentioned = set(found.judgement.named)
+    wrong = [e for e in found.explanations if not mentioned & set(e.keys)]
+    if wrong and mentioned:
+        fits["wrong"] = wrong[0].refit
+        fits["placebo"] = wrong[-1].refit
+    return fits
