@@ -171,8 +171,9 @@ def _weighed(
     left = (misfit / floor for misfit in _told(bench, nominal, found))
     accounts = tuple(account(model, bench, known, e, misfit) for e, misfit in zip(found, left, strict=True))
     samples, alike = float(bench.dof().sum()), aliases(model, first)
+    without = told_by_many(bench, nominal)
     judgement = judge(
-        nominal.misfit / floor,
+        without / floor,
         accounts,
         samples,
         inflation,
@@ -184,7 +185,7 @@ def _weighed(
         ),
         scatters=bench.scatters,
     )
-    against = Yardstick(nominal.misfit, floor, samples, inflation, bench.scatters, accounts, alike)
+    against = Yardstick(without, floor, samples, inflation, bench.scatters, accounts, alike)
     made = Attribution(nominal, tuple(found), first, judgement, against)
     return dataclasses.replace(made, judgement=astray(judgement)) if made.lost > LOST else made
 

@@ -2,7 +2,8 @@
 
 A lane that loses an event costs a good deal under one hypothesis and little under another, whatever the two
 say of the rig; and one cycle in which a rig did something else is no effect either. What acts on the rig is
-seen in more than one lane: where the others say little for an explanation, none says more than all of them.
+seen in more than one lane: where the others say little for an explanation, none says more than all of them,
+and none says more against it than all others do.
 On influential observations: Cook, Weisberg, Residuals and Influence in Regression, Chapman and Hall 1982,
 section 3.1.
 """
@@ -34,13 +35,24 @@ def heard(before: np.ndarray, now: np.ndarray) -> np.ndarray:
     return counted
 
 
-def told_by_many(bench: Bench, fit: Refit, against: Iterable[Refit]) -> float:
-    """The misfit of a refit as it is `heard`, compared with each of several others. What a lane loses counts
-    as in every misfit, outliers weighed down."""
+def spared(loss: np.ndarray, dof: np.ndarray) -> np.ndarray:
+    """The loss of every lane, where the one that keeps most beyond its noise keeps no more of that than all
+    others together."""
+    beyond = loss - dof
+    loudest = int(np.argmax(beyond))
+    others = max(float(beyond.sum() - beyond[loudest]), 0.0)
+    counted = loss.copy()
+    counted[loudest] -= max(float(beyond[loudest]) - others, 0.0)
+    return counted
+
+
+def told_by_many(bench: Bench, fit: Refit, against: Iterable[Refit] = ()) -> float:
+    """The misfit of a refit as it is `heard`, compared with each of several others, all of them `spared`.
+    What a lane loses counts as in every misfit, outliers weighed down."""
     dof = bench.dof()
 
     def loss(one: Refit) -> np.ndarray:
-        return Robust.around(one.cost, dof).each(one.cost)
+        return spared(Robust.around(one.cost, dof).each(one.cost), dof)
 
     own = loss(fit)
     counted = np.max([own, *(heard(loss(other), own) for other in against)], axis=0)

@@ -18,6 +18,7 @@ from fitting.diagnosis.shrink import (
     CLEARLY,
     ONLY_HERE,
     Split,
+    closes,
     closure,
     gain,
     left_open,
@@ -109,9 +110,11 @@ def confirmed(found: Attribution, named: Explanation, shrunk: Closure) -> Judgem
     """The judgement once runs that took no part have spoken for or against what is named.
 
     An effect that is named since it makes friction steadier, where there is no gap, explains what runs show
-    that took no part, too, if it explains anything.
+    that took no part, too, if it explains anything; but what closes a gap there need not make friction
+    steadier as well.
     """
-    judgement = weighed_again(found.judgement, named.keys, shrunk.steadier)
+    steadier = max(shrunk.steadier, 0.0) if closes(shrunk) else shrunk.steadier
+    judgement = weighed_again(found.judgement, named.keys, steadier)
     if not judgement.named:
         return judgement
     if steadies(shrunk, judgement.steadier[named.keys]):

@@ -32,6 +32,8 @@ GAPING, OPEN = 1.5, 0.3
 """A gap of more than so many times its floor is there to be closed; a cause closes more than this share,"""
 ONLY_HERE = 1.2
 """A gap of so many times its floor is more than noise where what was fitted shows none."""
+NOTABLE_GAP = 1.1
+"""A gap of less than so many times its floor may be noise that is not known better."""
 CLEARLY = 1.003
 """What makes a gap so many times as large makes it worse by more than chance: of 182 sealed cases in which an
 effect was named two that were off the shelf did, and none in which the right one was."""
@@ -146,6 +148,11 @@ def gain(nominal: Refit, named: Refit) -> float:
 def stays_open(shrunk: Closure, gaping: float = GAPING) -> bool:
     """Whether a gap of more than `gaping` times its floor is there and is not closed."""
     return shrunk.before > gaping * shrunk.floor and shrunk.interval[1] < OPEN
+
+
+def closes(shrunk: Closure) -> bool:
+    """Whether a gap that is more than noise closes on what took no part, and by more than chance."""
+    return shrunk.before > NOTABLE_GAP * shrunk.floor and shrunk.interval[0] > OPEN
 
 
 def refutes(shrunk: Closure, gained: float) -> bool:

@@ -14,11 +14,16 @@ from jaxstick.parameter import parameter
 from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction
 from jaxstick.parts.motion import Scalar
 
+LEAST_POWER = 1e-6
+"""A power of time that is as good as its logarithm."""
+
 
 class DwellStrengthening(AbstractEffect):
-    """Multiplies the limit of the contact by 1 + growth ln(1 + age/cutoff).
+    """Multiplies the limit of the contact by 1 + growth ((1 + age/cutoff)^power - 1)/power.
 
-    The age [s] runs while the contact sticks; sliding by `distance` brings it down to 1/e.
+    A power near 0 is the logarithm, 1 + growth ln(1 + age/cutoff). The age [s] runs while the contact sticks,
+    and in slip by the share `slipping` of the time; sliding by `distance` brings it down to 1/e. With
+    `slipping` 1 that is Dieterich's ageing law, age' = 1 - |v| age/distance.
     """
 
     card: ClassVar[Card] = Card(
@@ -57,9 +62,34 @@ class DwellStrengthening(AbstractEffect):
         "m", "distance of slip that takes the growth away", lower=1e-9, typical=2e-3, default=2e-5
     )
 
+    power: Float[Array, ""] | float = parameter(
+        "1",
+        "how friction grows with time: 0 with its logarithm, else with this power of it",
+        lower=0.0,
+        upper=0.5,
+        typical=0.2,
+        default=0.0,
+    )
+    slipping: Float[Array, ""] | float = parameter(
+        "1",
+        "share of the time of slip in which the contact ages, too",
+        lower=0.0,
+        upper=1.0,
+        typical=0.5,
+        default=0.0,
+    )
+
     def attach(self, oscillator: Oscillator) -> Oscillator:
         contact = oscillator.contact
-        ageing = _Ageing(contact.k1, contact, self.growth, 1 / self.cutoff, 1 / self.distance)
+        ageing = _Ageing(
+            contact.k1,
+            contact,
+            self.growth,
+            1 / self.cutoff,
+            1 / self.distance,
+            self.power,
+            self.slipping,
+        )
         return dataclasses.replace(oscillator, contact=ageing)
 
 
@@ -71,9 +101,12 @@ class _Ageing(AbstractContact):
     growth: Scalar
     per_time: Scalar
     per_distance: Scalar
+    power: Scalar
+    slipping: Scalar
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
-        age = approach.rest
+        sliding = self.slipping / (self.per_distance * jnp.abs(approach.rate) + self.per_time)
+        age = jnp.where(approach.rest > 0, approach.rest, sliding)
         friction, inner = self.inner.initial(approach, self._aged(age, traction))
         return friction, (inner, age)
 
@@ -81,9 +114,10 @@ class _Ageing(AbstractContact):
         inner, age = state
         grip = self.inner.grip(inner, passage, self._aged(age, traction))
         renewed = self.per_distance * jnp.abs(passage.slide) * grip.slip
-        age = (age + passage.step * (1 - grip.slip)) / (1 + renewed)
+        age = (age + passage.step * (1 - (1 - self.slipping) * grip.slip)) / (1 + renewed)
         return grip._replace(state=(grip.state, age))
 
     def _aged(self, age: Scalar, traction: Traction) -> Traction:
-        factor = 1 + self.growth * jnp.log1p(self.per_time * age)
+        power = self.power + LEAST_POWER
+        factor = 1 + self.growth * jnp.expm1(power * jnp.log1p(self.per_time * age)) / power
         return traction._replace(limit=lambda rate, sense: traction.limit(rate, sense) * factor)

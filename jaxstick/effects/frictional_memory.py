@@ -3,29 +3,34 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter
 from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction
+from jaxstick.parts.lag import Lag, followed, lagged, settled
 from jaxstick.parts.motion import Scalar
 
-NO_TIME = 1e-9
-"""A time [s] that nothing happens in: it stands for none where one divides by it."""
 INSTANT = 1e-4
 """Where the limit of the contact at another velocity than that of the start is asked for, it is taken to have
 had this time [s] to follow."""
 
 
 class FrictionalMemory(AbstractEffect):
-    """The dry part of the law sees the sliding velocity w through a first-order lag: lag w' = v - w.
+    """The dry part of the law sees a speed that follows the sliding velocity v:
 
-    Across a step from v0 to v1 the lag is taken implicitly, w1 = v1 + lag/(lag + h) (w0 - v1), so that it
-    vanishes smoothly with the lag. The viscous part keeps the velocity itself. A motion that is picked up in
-    the middle of a record begins with the w that the sliding before it has led to.
+        w + lag w' + curvature lag^2 w'' = v,    s + lag s' + curvature lag^2 s'' = |v|
+        speed = (1 - unsigned) |w| + unsigned s
+
+    A curvature near 0 is a lag of first order; the nearer it is to 1/3 (Bessel's filter of second order), the
+    nearer the lag comes to a pure delay, as which it was first described. Where the velocity itself lags, the
+    speed passes through zero after every reversal, only later; a film whose thickness follows the speed keeps
+    part of it. The viscous part sees the velocity as it is. A motion that is picked up in the middle of a
+    record begins with what the sliding before it has led to.
     """
 
     card: ClassVar[Card] = Card(
@@ -52,40 +57,80 @@ class FrictionalMemory(AbstractEffect):
     lag: Float[Array, ""] | float = parameter(
         "s", "time by which friction lags the velocity", lower=0.0, null=0.0, typical=0.015, default=0.0
     )
+    curvature: Float[Array, ""] | float = parameter(
+        "1",
+        "order of the lag: 0 first, 1/4 two equal ones, 1/3 the nearest to a delay",
+        lower=0.0,
+        upper=0.5,
+        typical=0.1,
+        default=0.1,
+    )
+
+    unsigned: Float[Array, ""] | float = parameter(
+        "1",
+        "share in which the size of the velocity lags, not the velocity itself, which passes through zero",
+        lower=0.0,
+        upper=1.0,
+        typical=0.5,
+        default=0.2,
+    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
         contact = oscillator.contact
-        return dataclasses.replace(oscillator, contact=_Lagging(contact.k1, contact, self.lag))
+        lagging = _Lagging(contact.k1, contact, self.lag, self.curvature, self.unsigned)
+        return dataclasses.replace(oscillator, contact=lagging)
+
+
+class _Lags(NamedTuple):
+    """What follows the sliding velocity, and what follows its size [m/s]."""
+
+    velocity: Lag
+    speed: Lag
 
 
 class _Lagging(AbstractContact):
-    """State: that of `inner`, the lagging velocity [m/s]."""
+    """State: that of `inner`, and what lags behind the sliding."""
 
     k1: Scalar
     inner: AbstractContact
     lag: Scalar
+    curvature: Scalar
+    unsigned: Scalar
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
-        lagging = approach.rate
-        if approach.rates is not None:
-            lagging = approach.rates.followed(self.lag + NO_TIME, approach.rates.oldest()[0])
+        if approach.rates is None:
+            lags = _Lags(*(settled(rate, jnp.zeros_like(rate)) for rate in _both(approach.rate)))
+        else:
+            traces = (approach.rates._replace(values=rates) for rates in _both(approach.rates.values))
+            lags = _Lags(*(followed(trace, self.lag, self.curvature) for trace in traces))
         follows = INSTANT / (self.lag + INSTANT)
+        seen = self._seen(lags)
 
         def limit(rate: Scalar, sense: Scalar) -> Scalar:
             change = traction.limit(rate, sense) - traction.limit(approach.rate, sense)
-            return traction.limit(lagging, sense) + follows * change
+            return traction.limit(seen, sense) + follows * change
 
         remembering = traction._replace(limit=limit)
         friction, inner = self.inner.initial(approach, remembering)
-        return friction, (inner, lagging)
+        return friction, (inner, lags)
 
     def grip(self, state: Any, passage: Passage, traction: Traction) -> Grip:
-        inner, lagging = state
-        weight = self.lag / (self.lag + passage.step)
+        inner, lags = state
 
-        def seen(rate: Scalar) -> Scalar:
-            return rate + weight * (lagging - rate)
+        def after(rate: Scalar) -> _Lags:
+            steps = zip(lags, _both(rate), strict=True)
+            return _Lags(*(lagged(own, to, passage.step, self.lag, self.curvature) for own, to in steps))
 
-        remembering = traction._replace(limit=lambda rate, sense: traction.limit(seen(rate), sense))
+        remembering = traction._replace(
+            limit=lambda rate, sense: traction.limit(self._seen(after(rate)), sense)
+        )
         grip = self.inner.grip(inner, passage, remembering)
-        return grip._replace(state=(grip.state, seen(passage.rate)))
+        return grip._replace(state=(grip.state, after(passage.rate)))
+
+    def _seen(self, lags: _Lags) -> Scalar:
+        """The speed that the law sees [m/s]."""
+        return (1 - self.unsigned) * jnp.abs(lags.velocity.level) + self.unsigned * lags.speed.level
+
+
+def _both(rate: Scalar) -> tuple[Scalar, Scalar]:
+    return rate, jnp.abs(rate)

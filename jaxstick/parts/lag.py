@@ -7,12 +7,17 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from jaxstick.parts.motion import Scalar
+from jaxstick.parts.track import Trace
 
 FASTEST = 50.0
 """A step of more time constants than this is as good as endless: exp(-50) is below rounding."""
 
 SLIGHTEST = 1e-3
 """The least curvature of a lag: below it the second pole is a thousand times faster than the first."""
+
+
+NO_TIME = 1e-12
+"""A time [s] in which nothing fades."""
 
 
 class Lag(NamedTuple):
@@ -57,6 +62,17 @@ def lagged(lag: Lag, value: Scalar, step: Scalar, time: Scalar, curvature: Scala
         drift + even * rush - odd * (slope * rush + gap / curvature),
         value,
     )
+
+
+def followed(trace: Trace, time: Scalar, curvature: Scalar) -> Lag:
+    """The lag at the end of a trace, which changes linearly from point to point and had long been what it is
+    at its oldest: what each change leaves behind, faded since."""
+    lags, values = jnp.asarray(trace.lags), jnp.asarray(trace.values)
+    new, old = values[:-1], values[1:]
+    behind = lagged(settled(old, jnp.zeros_like(old)), new, jnp.diff(lags), time, curvature)
+    left = Lag(behind.level - new, behind.swing, jnp.zeros_like(new))
+    left = lagged(left, left.entering, jnp.maximum(lags[:-1], NO_TIME), time, curvature)
+    return Lag(values[0] + jnp.sum(left.level), jnp.sum(left.swing), values[0])
 
 
 class Trail(NamedTuple):

@@ -213,6 +213,33 @@ def test_friction_lags_a_ramp_of_velocity_by_the_lag() -> None:
     assert np.abs(law(acceleration * t) - D * acceleration * t + force)[slip].max() > 0.03 * A
 
 
+@pytest.mark.parametrize("curvature", [0.05, 0.25, 1 / 3])
+def test_friction_sees_a_swinging_velocity_through_the_response_of_the_lag(curvature: float) -> None:
+    """1/(1 + i o lag - curvature (o lag)^2), whether the velocity lags or its size: it has one sign."""
+    lag, step, omega = 0.02, 1e-4, 40.0
+    t = step * np.arange(8000)
+    speed = 0.02 + 0.01 * np.imag(
+        np.exp(1j * omega * t) / (1 + 1j * omega * lag - curvature * (omega * lag) ** 2)
+    )
+    path = 0.02 * t - 0.01 / omega * np.cos(omega * t)
+    for unsigned in (0.0, 1.0):
+        contact = contact_of("frictional_memory", lag=lag, curvature=curvature, unsigned=unsigned)
+        force = -dragged(contact, path, step)
+        late = t > 0.5
+        assert np.abs(force - A * np.exp(-B * speed) - C)[late].max() < 2e-3 * A
+
+
+def test_what_lags_is_the_velocity_or_its_size() -> None:
+    """Behind a fast swing to and fro the one hardly moves, the other stays near the mean of the speed."""
+    step, omega, lag = 5e-4, 20.0, 2.0
+    t = step * np.arange(40000)
+    path = 0.02 / omega * (1 - np.cos(omega * t))
+    slip = (t > 14.0) & (np.abs(np.sin(omega * t)) > 0.9)
+    for unsigned, speed in ((0.0, 0.0), (1.0, 0.02 * 2 / math.pi)):
+        force = np.abs(dragged(contact_of("frictional_memory", lag=lag, unsigned=unsigned), path, step))
+        assert np.abs(force - A * math.exp(-B * speed) - C)[slip].max() < 0.05 * A
+
+
 @pytest.mark.parametrize("at", [1203, 1287, 1497, 1623])
 def test_a_motion_that_is_picked_up_remembers_how_it_slid(at: int) -> None:
     """Friction goes on as in the run from its start, on a guide carried by the base too; a motion of which
@@ -244,25 +271,47 @@ def test_a_lag_makes_a_loop_that_is_higher_while_speeding_up() -> None:
     assert np.all((force - steady)[late & falling] < 0)
 
 
-@pytest.mark.parametrize(("rest", "before"), [(0.02, 0.0), (2.0, 0.0), (0.5, 1.5)])
-def test_breakaway_grows_with_the_logarithm_of_rest(rest: float, before: float) -> None:
+def strengthened(age: float, power: float) -> float:
+    """The logarithm of 1 + age, or its power."""
+    return math.log1p(age) if power == 0 else ((1 + age) ** power - 1) / power
+
+
+@pytest.mark.parametrize(
+    ("rest", "before", "power"), [(0.02, 0.0, 0.0), (2.0, 0.0, 0.0), (0.5, 1.5, 0.0), (2.0, 0.0, 0.3)]
+)
+def test_breakaway_grows_with_the_logarithm_of_rest_or_a_power(
+    rest: float, before: float, power: float
+) -> None:
     """`rest` seconds in stick and `before` of them earlier than the start, then a slow pull."""
     step, growth, cutoff, distance = 1e-3, 0.04, 0.01, 2e-5
     pull = 1e-3 * step * np.arange(1, 400)
     path = np.concatenate([np.zeros(round(rest / step) + 1), pull])
-    contact = contact_of("dwell_strengthening", growth=growth, cutoff=cutoff, distance=distance)
+    contact = contact_of("dwell_strengthening", growth=growth, cutoff=cutoff, distance=distance, power=power)
     force = -dragged(contact, path, step, rest=before)
     creeping = A * math.exp(-B * 1e-3) + C
     age, expected = 0.0, creeping
     for _ in range(5):  # the age at breakaway counts the time of loading
         age = rest + before + expected / K1 / 1e-3
-        expected = creeping * (1 + growth * math.log1p(age / cutoff))
+        expected = creeping * (1 + growth * strengthened(age / cutoff, power))
     assert force.max() == pytest.approx(expected, rel=2e-3)
     assert force[-1] == pytest.approx(creeping, rel=1e-3)
     slid = (np.arange(len(path)) - np.argmax(force)) * 1e-3 * step
-    left = math.log1p(age * math.exp(-1) / cutoff) / math.log1p(age / cutoff)
+    left = strengthened(age * math.exp(-1) / cutoff, power) / strengthened(age / cutoff, power)
     there = np.argmin(np.abs(slid - distance))
     assert (force[there] - force[-1]) / (force.max() - force[-1]) == pytest.approx(left, abs=0.05)
+
+
+def test_what_ages_while_it_slips_has_the_age_of_a_distance() -> None:
+    """distance/|v| in steady slip (Dieterich), from the start on where that is in slip."""
+    step, speed, growth, cutoff, distance = 1e-4, 2e-3, 0.04, 1e-3, 1e-4
+    contact = contact_of("dwell_strengthening", growth=growth, cutoff=cutoff, distance=distance, slipping=1.0)
+    force = -dragged(contact, speed * step * np.arange(6000), step)
+    law = A * math.exp(-B * speed) + C
+    assert force[-1] == pytest.approx(law * (1 + growth * math.log1p(distance / speed / cutoff)), rel=1e-3)
+    traction = Traction(limit=lambda rate, sense: STATIC, viscous=lambda rate, sense: 0.0)
+    begun, _ = contact.initial(Approach(-2 * STATIC, speed, 0.0), traction)
+    expected = STATIC * (1 + growth * math.log1p(1 / (speed / distance + 1 / cutoff) / cutoff))
+    assert -float(begun) == pytest.approx(expected, rel=1e-6)
 
 
 def test_the_age_at_the_start_is_that_of_the_start() -> None:
