@@ -71,6 +71,8 @@ effect, of 31 without scatter all."""
 TAKEN_FOR = 0.4
 """So much, and less the more there is to explain, of what is likely of an effect is so of something off the
 shelf where friction scatters: with an excess of less than 0.4, three of eight named had been there."""
+NEXT_TO_NOTHING = 1e-9
+"""What is left to "unlisted" where everything else is taken back."""
 REFUTED = 0.1
 """The share of its probability that an effect keeps when what took no part speaks against it."""
 
@@ -246,11 +248,16 @@ def _same(taken: tuple[str, ...], classes: Classes) -> dict[str, tuple[str, ...]
 def weighed_again(judgement: Judgement, keys: tuple[str, ...], steadier: float) -> Judgement:
     """The judgement once runs that took no part have said by how much steadier an explanation makes friction
     there (logarithm of a likelihood ratio). What all were credited with for that is at most doubled or taken
-    back, in the same proportion."""
+    back, in the same proportion. Effects that were not refitted have no part in it: theirs is what is kept
+    for what nobody thought of."""
     own = judgement.steadier[keys]
     proportion = float(np.clip(steadier / own, -1.0, 1.0)) if own > 0 else 0.0
     kept = _kept(judgement.explanations)
-    weights = {name: max(p - kept[name], 0.0) for name, p in judgement.explanations.items()}
+    tried = {NONE, UNLISTED, *("+".join(each) for each in judgement.steadier)}
+    weights = {
+        name: max(p - kept[name], 0.0) if name in tried else 0.0 for name, p in judgement.explanations.items()
+    }
+    weights[UNLISTED] += NEXT_TO_NOTHING
     for each, worth in judgement.steadier.items():
         weights["+".join(each) or UNLISTED] *= math.exp(proportion * worth)
     whole = sum(weights.values())

@@ -169,6 +169,17 @@ def test_what_took_no_part_takes_back_or_confirms_that_friction_is_steadier():
     assert weighed_again(clear, clear.named, -30.0).effects == pytest.approx(clear.effects)
 
 
+@pytest.mark.parametrize("scatters", [False, True])
+def test_what_was_not_refitted_is_not_named_where_everything_else_is_taken_back(scatters):
+    """Were it a hair's breadth of probability that nobody looked at: it is unlisted then."""
+    steady = dataclasses.replace(account(0, 1.0), steadier=150.0, of_friction=(SHELF[0],))
+    found = judge(30.0, [steady], SAMPLES, 40.0, SHELF, scatters=scatters)
+    assert found.named == steady.keys
+    again = weighed_again(found, steady.keys, -1000.0)
+    assert (again.verdict, again.named) == ("unlisted", ())
+    assert sum(again.effects.values()) == pytest.approx(1.0)
+
+
 def test_what_is_off_the_shelf_may_make_friction_as_steady():
     """Where an effect leaves a good deal, however steady it makes friction."""
     steady = dataclasses.replace(account(0, 4.0), steadier=6.0)
