@@ -101,7 +101,9 @@ class _Lagging(AbstractContact):
         if approach.rates is None:
             lags = _Lags(*(settled(rate, jnp.zeros_like(rate)) for rate in _both(approach.rate)))
         else:
-            traces = (approach.rates._replace(values=rates) for rates in _both(approach.rates.values))
+            traces = (
+                approach.rates._replace(values=rates) for rates in _both(jnp.asarray(approach.rates.values))
+            )
             lags = _Lags(*(followed(trace, self.lag, self.curvature) for trace in traces))
         follows = INSTANT / (self.lag + INSTANT)
         seen = self._seen(lags)
