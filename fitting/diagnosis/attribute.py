@@ -79,6 +79,10 @@ class Attribution:
         """Whether the nominal model leaves what passes for noise."""
         return passes_for_noise(self.nominal.misfit / self.floor)
 
+    def astray(self) -> Attribution:
+        """The same where whatever acts is not nothing, as `judge.astray` has it."""
+        return dataclasses.replace(self, judgement=astray(self.judgement))
+
     @property
     def leading(self) -> tuple[Explanation, ...]:
         """The best explanations, and each effect of the very best alone."""
@@ -187,7 +191,7 @@ def _weighed(
     )
     against = Yardstick(without, floor, samples, inflation, bench.scatters, accounts, alike)
     made = Attribution(nominal, tuple(found), first, judgement, against)
-    return dataclasses.replace(made, judgement=astray(judgement)) if made.lost > LOST else made
+    return made.astray() if made.lost > LOST else made
 
 
 def traces_left(model: Model, seen: Screen) -> dict[str, tuple[str, ...]]:

@@ -24,10 +24,7 @@ from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.repeatability import wander_of
 from fitting.diagnosis.settings import DiagnosisSettings
-from fitting.diagnosis.shrink import (
-    Split,
-    split,
-)
+from fitting.diagnosis.shrink import Split, split
 from fitting.diagnosis.words import advice, notes, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent

@@ -25,25 +25,28 @@ ENOUGH = 30.0
 def heard(before: np.ndarray, now: np.ndarray) -> np.ndarray:
     """The loss of every lane, where the one that gains most since `before` gains no more than all others
     together, unless these gain `ENOUGH`."""
-    gained = before - now
-    loudest = int(np.argmax(gained))
-    others = float(gained.sum() - gained[loudest])
+    loudest, others, more = _apart(before - now)
     if others >= ENOUGH:
         return now
     counted = now.copy()
-    counted[loudest] += max(float(gained[loudest]) - max(others, 0.0), 0.0)
+    counted[loudest] += more
     return counted
 
 
 def spared(loss: np.ndarray, dof: np.ndarray) -> np.ndarray:
     """The loss of every lane, where the one that keeps most beyond its noise keeps no more of that than all
     others together."""
-    beyond = loss - dof
-    loudest = int(np.argmax(beyond))
-    others = max(float(beyond.sum() - beyond[loudest]), 0.0)
+    loudest, _, more = _apart(loss - dof)
     counted = loss.copy()
-    counted[loudest] -= max(float(beyond[loudest]) - others, 0.0)
+    counted[loudest] -= more
     return counted
+
+
+def _apart(amounts: np.ndarray) -> tuple[int, float, float]:
+    """The lane that has most, what all others have together, and how much more than that it has."""
+    loudest = int(np.argmax(amounts))
+    others = float(amounts.sum() - amounts[loudest])
+    return loudest, others, max(float(amounts[loudest]) - max(others, 0.0), 0.0)
 
 
 def told_by_many(bench: Bench, fit: Refit, against: Iterable[Refit] = ()) -> float:

@@ -10,7 +10,7 @@ from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import Closure
 from fitting.diagnosis.ground import resolved
-from fitting.diagnosis.judge import Judgement, astray, refuted, weighed_again
+from fitting.diagnosis.judge import Judgement, refuted, weighed_again
 from fitting.diagnosis.other_contact import beside_a_pair, in_place_of_one_of_two
 from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.scatter import restless
@@ -63,8 +63,8 @@ class Inquiry:
     def unexplained(self) -> Inquiry:
         """The inquiry once what gapes only there is no "none": something acts that the fitted lanes do not
         show."""
-        found = dataclasses.replace(self.found, judgement=astray(self.found.judgement))
-        return dataclasses.replace(self, found=found, doubts=(*self.doubts, only_there(self.shrunk)))
+        doubts = (*self.doubts, only_there(self.shrunk))
+        return dataclasses.replace(self, found=self.found.astray(), doubts=doubts)
 
 
 def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquiry:
@@ -83,7 +83,7 @@ def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquir
         chosen.problem, chosen.model, found.nominal, chosen.ground.scatter
     )
     if unsteady:
-        found = dataclasses.replace(found, judgement=astray(found.judgement))
+        found = found.astray()
     progress.stage("how far the gap shrinks", 1)
     first = _named(found)
     shrunk = _shrunk(chosen, held, found, first, seed)

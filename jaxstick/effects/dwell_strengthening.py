@@ -61,7 +61,6 @@ class DwellStrengthening(AbstractEffect):
     distance: Float[Array, ""] | float = parameter(
         "m", "distance of slip that takes the growth away", lower=1e-9, typical=2e-3, default=2e-5
     )
-
     power: Float[Array, ""] | float = parameter(
         "1",
         "how friction grows with time: 0 with its logarithm, else with this power of it",

@@ -65,7 +65,6 @@ class FrictionalMemory(AbstractEffect):
         typical=0.1,
         default=0.1,
     )
-
     unsigned: Float[Array, ""] | float = parameter(
         "1",
         "share in which the size of the velocity lags, not the velocity itself, which passes through zero",

@@ -15,7 +15,6 @@ FASTEST = 50.0
 SLIGHTEST = 1e-3
 """The least curvature of a lag: below it the second pole is a thousand times faster than the first."""
 
-
 NO_TIME = 1e-12
 """A time [s] in which nothing fades."""
 
