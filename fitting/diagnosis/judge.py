@@ -22,6 +22,7 @@ import numpy as np
 from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.credit import credited
 from fitting.diagnosis.findings import Verdict
+from fitting.diagnosis.lead import lead
 from fitting.diagnosis.one_class import Classes, shared
 from fitting.diagnosis.second import Alone
 from fitting.diagnosis.single import AMONG, Single, singly
@@ -58,6 +59,9 @@ UNLISTED_FLOOR = (1.1, 1.4), (1.1, 1.0)
 """Misfits of the nominal model between which what is off the shelf is asked to explain nothing of the first
 tenth above the noise, and then all: so close to the noise there may be nothing."""
 UNLISTED_PARAMETERS = 2
+EXPLAINS = 0.5, 0.2
+"""What an effect off the shelf may be taken to do for the steadiness of friction is what a listed one does
+that leaves less than this share of the excess, or no more than so much above the noise."""
 PRIOR = {"none": 0.3, "unlisted": 0.08, "single": 0.5, "pair": 0.12}
 DOUBT = 0.03
 """What is kept for explanations that nobody thought of, effects that were not refitted among them: no
@@ -153,11 +157,11 @@ def judge(
     steady = credited(accounts, nominal)
     anything = Account((), unlisted, UNLISTED_PARAMETERS)
     lacking = 0.0 if best > floor + LACKING * max(nominal - floor, 0.0) else LACKING
-    listed = (steady[account.keys] for account in accounts if len(account.keys) == 1)
-    steady[anything.keys] = (1 - lacking) * max(listed, default=0.0)
+    steady[anything.keys] = (1 - lacking) * _steadiest(accounts, steady, excess)
+    ahead = lead(alone.misfits, nominal, _alike(aliases or {}, classes or {}))
     logs = [
         weight(alone.best, 0, PRIOR[NONE]) - behind(nominal, surely) - 0.5 * (excess / FLOOR) ** 2,
-        weight(unlisted, anything.price(pieces) - steady[anything.keys], PRIOR[UNLISTED]),
+        weight(unlisted, anything.price(pieces) - steady[anything.keys] + ahead, PRIOR[UNLISTED]),
     ]
     prices = {account.keys: account.price(pieces) - steady[account.keys] for account in accounts}
     singles = singly(
@@ -191,6 +195,21 @@ def judge(
     if scatters:
         explanations = _doubted(explanations, excess, shelf)
     return _judged(explanations, [NONE, UNLISTED, *shelf], steady, classes or {})
+
+
+def _steadiest(accounts: Sequence[Account], steady: Mapping[tuple[str, ...], float], excess: float) -> float:
+    """What steadier friction is worth to the one of the listed effects to which it is worth most; of those
+    that explain a good part of the excess, where there are such."""
+    singles = [account for account in accounts if len(account.keys) == 1]
+    share, little = EXPLAINS
+    good = [one for one in singles if one.misfit < 1 + max(share * excess, little)]
+    return max((steady[one.keys] for one in good or singles), default=0.0)
+
+
+def _alike(aliases: Mapping[str, Collection[str]], classes: Classes) -> dict[str, frozenset[str]]:
+    """The effects that these records, or any, do not tell from an effect."""
+    alone = {keys[0]: others for keys, others in classes.items() if len(keys) == 1}
+    return {key: frozenset((*aliases.get(key, ()), *alone.get(key, ()))) for key in {*aliases, *alone}}
 
 
 def _kept(names: Collection[str]) -> dict[str, float]:
