@@ -20,8 +20,12 @@ from jaxstick.parts.rig import AbstractRig
 class DriveBacklash(AbstractEffect):
     """The drive spring and damper see the base through play: the joint follows y only when it is `gap` off.
 
-    The play operator: joint <- min(max(joint, y - gap), y + gap). The joint is at rest while the gap is
-    crossed. The surface under the mass, should it be carried by the base, has no play.
+        held = min(max(held, y - gap), y + gap),    carried = min(max(x, y - gap), y + gap)
+        joint = (1 - floating) held + floating carried
+
+    A joint that its own friction holds is at rest while the gap is crossed (the play operator). One that
+    nothing holds goes with the mass there, so that its spring is slack (a dead zone). The surface under the
+    mass, should it be carried by the base, has no play.
     """
 
     card: ClassVar[Card] = Card(
@@ -47,16 +51,26 @@ class DriveBacklash(AbstractEffect):
     gap: Float[Array, ""] | float = parameter(
         "m", "play to either side of the middle", lower=0.0, null=0.0, typical=5e-3, default=0.0
     )
+    floating: Float[Array, ""] | float = parameter(
+        "1",
+        "share in which nothing holds the joint in its gap",
+        lower=0.0,
+        upper=1.0,
+        typical=0.5,
+        default=0.0,
+    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(oscillator, rig=_Loose(oscillator.rig, self.gap))
+        return dataclasses.replace(oscillator, rig=_Loose(oscillator.rig, self.gap, self.floating))
 
 
 class _Loose(AbstractRig):
-    """State: that of `inner`, the place of the joint [m], at first where a steady drive leaves it."""
+    """State: that of `inner`, the place of the joint were it held [m], at first where a steady drive leaves
+    it."""
 
     inner: AbstractRig
     gap: Scalar
+    floating: Scalar
 
     def initial(self, motion: Motion) -> Any:
         joint = motion.y - self.gap * jnp.sign(motion.y_rate)
@@ -64,8 +78,8 @@ class _Loose(AbstractRig):
 
     def advance(self, state: Any, motion: Motion, step: Scalar) -> Any:
         inner, joint = state
-        after = self._behind(joint, motion)
-        return self.inner.advance(inner, after, step), after.y
+        held, _ = self._within(joint, 0.0, motion)
+        return self.inner.advance(inner, self._behind(joint, motion), step), held
 
     def surface(self, excitation: Excitation) -> Surface:
         return self.inner.surface(excitation)
@@ -79,7 +93,16 @@ class _Loose(AbstractRig):
 
     def _behind(self, joint: Scalar, motion: Motion) -> Motion:
         """The motion with the base as it is behind the joint."""
+        held, carried = self._within(joint, 0.0, motion), self._within(motion.x, motion.v, motion)
+        y, y_rate = (
+            (1 - self.floating) * one + self.floating * other
+            for one, other in zip(held, carried, strict=True)
+        )
+        return motion._replace(y=y, y_rate=y_rate)
+
+    def _within(self, place: Scalar, rate: Scalar, motion: Motion) -> tuple[Scalar, Scalar]:
+        """A place and its rate, or those of the end of the gap that takes it along."""
         low, high = motion.y - self.gap, motion.y + self.gap
-        pushed, pulled = joint <= low, joint >= high
-        place = jnp.where(pushed, low, jnp.where(pulled, high, joint))
-        return motion._replace(y=place, y_rate=jnp.where(pushed | pulled, motion.y_rate, 0.0))
+        pushed, pulled = place <= low, place >= high
+        within = jnp.where(pushed, low, jnp.where(pulled, high, place))
+        return within, jnp.where(pushed | pulled, motion.y_rate, rate)

@@ -17,7 +17,10 @@ from jaxstick.parts.rig import AbstractRig
 
 
 class EndStop(AbstractEffect):
-    """Adds -stiffness (x - gap) beyond x = gap and -stiffness (x + gap) beyond x = -gap."""
+    """Adds -stiffness (x - gap) beyond x = gap and -stiffness (x + below gap) beyond x = -below gap.
+
+    With `below` well above 1 or well below it the stroke meets one stop alone.
+    """
 
     card: ClassVar[Card] = Card(
         title="The mass meets elastic stops",
@@ -44,15 +47,25 @@ class EndStop(AbstractEffect):
     gap: Float[Array, ""] | float = parameter(
         "m", "displacement at which a stop is met", lower=0.0, typical=0.7, default=5e-3
     )
+    below: Float[Array, ""] | float = parameter(
+        "1",
+        "displacement at which the stop on the other side is met, over that",
+        lower=0.05,
+        upper=20.0,
+        typical=1.0,
+        default=1.0,
+    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(oscillator, rig=_Stopped(oscillator.rig, self.stiffness, self.gap))
+        stopped = _Stopped(oscillator.rig, self.stiffness, self.gap, self.below)
+        return dataclasses.replace(oscillator, rig=stopped)
 
 
 class _Stopped(AbstractAddedForce):
     inner: AbstractRig
     stiffness: Scalar
     gap: Scalar
+    below: Scalar
 
     def added(self, memory: Any, motion: Motion) -> Scalar:
-        return self.stiffness * (jnp.clip(motion.x, -self.gap, self.gap) - motion.x)
+        return self.stiffness * (jnp.clip(motion.x, -self.below * self.gap, self.gap) - motion.x)

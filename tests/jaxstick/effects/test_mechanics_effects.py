@@ -45,8 +45,8 @@ POTENTIALS: dict[str, tuple[dict[str, float], Callable[[np.ndarray], np.ndarray]
     "cubic_stiffness": ({"coefficient": 5e6}, lambda x: 5e6 * x**4 / 4),
     "quadratic_stiffness": ({"coefficient": 5e4}, lambda x: 5e4 * x**3 / 3),
     "end_stop": (
-        {"stiffness": 3e3, "gap": 6e-3},
-        lambda x: 3e3 * np.maximum(np.abs(x) - 6e-3, 0.0) ** 2 / 2,
+        {"stiffness": 3e3, "gap": 6e-3, "below": 1.2},
+        lambda x: 3e3 * (np.maximum(x - 6e-3, 0.0) ** 2 + np.maximum(-x - 7.2e-3, 0.0) ** 2) / 2,
     ),
     "constant_force": ({"force": 2.0}, lambda x: -2.0 * x),
 }
@@ -266,6 +266,21 @@ def test_play_is_the_play_operator() -> None:
 
     forces = np.asarray(jax.lax.scan(one, state, motion)[1])
     assert forces == pytest.approx(K * np.array(joint), abs=1e-9)
+
+
+@pytest.mark.parametrize("floating", [1.0, 0.3])
+def test_a_spring_whose_joint_nothing_holds_is_slack_in_the_gap(floating) -> None:
+    """Dead zone; where the joint is held in part, the spring goes as much by the play operator."""
+    gap, ground = 1.5e-3, 300.0
+    bare = dataclasses.replace(SMOOTH, rig=Rig(M, K + ground, K, 0.0, 0.0))
+    rig = with_effect(bare, "drive_backlash", gap=gap, floating=floating).rig
+    motion = bare.motion(0.0, bare.drive.at(0.0), 0.0, 0.0, 0.0)._replace(y_rate=1.0)
+    state = rig.initial(motion)
+    for stretch in (-4e-3, -1e-3, 0.0, 1.4e-3, 5e-3):
+        now = motion._replace(y=motion.y + stretch + 2e-4, x=2e-4)
+        slack = K * (stretch - min(max(stretch, -gap), gap)) - ground * now.x
+        held = K * (min(max(-gap, now.y - gap), now.y + gap) - now.x) - ground * now.x
+        assert float(rig.force(state, now)) == pytest.approx(floating * slack + (1 - floating) * held)
 
 
 def test_a_damper_behind_the_play_rests_while_the_gap_is_crossed() -> None:
