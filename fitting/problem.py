@@ -167,13 +167,13 @@ def _of_effects(
 ) -> list[Unknown]:
     """The parameters of the effects that are free, bounded by what their units amount to on this rig, and
     wide enough for what is stated; shapes, which have no null, are searched as logarithms around their
-    typical size."""
+    typical size where they have one sign."""
     found = []
     for key in dict.fromkeys(keys):
         for place in parameters(hypothesis.effects[key]):
             kind, own = place.parameter, place.path[-1]
             name, natural = f"{key}.{own}", natural_size(kind.unit, scale, period)
-            if kind.null is not None:
+            if kind.null is not None or (kind.typical and kind.signed):
                 reach = max(3 * natural, 2 * abs(stated.get(key, {}).get(own, 0.0)))
                 lower, upper = max(kind.lower, -reach), min(kind.upper, reach)
                 found.append(Unknown(name, kind.unit, lower, upper, "linear", natural))
@@ -196,7 +196,7 @@ def _at_typical(
         shapes = {
             place.path[-1]: place.parameter.typical * natural_size(place.parameter.unit, scale, period)
             for place in parameters(effects[key])
-            if place.parameter.null is None and place.parameter.typical
+            if place.parameter.null is None and place.parameter.typical and not place.parameter.signed
         }
         given = stated.get(key, {})
         out[key] = replace(effects[key], {name: size for name, size in shapes.items() if name not in given})

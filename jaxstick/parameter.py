@@ -35,6 +35,11 @@ class Parameter:
     span: tuple[float, float] = SPAN
     by_run: bool = False
 
+    @property
+    def signed(self) -> bool:
+        """Whether it gives a shape to an effect that may go either way, about 0."""
+        return self.null is None and self.lower < 0 < self.upper
+
 
 @dataclasses.dataclass(frozen=True)
 class Place:

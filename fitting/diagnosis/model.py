@@ -106,7 +106,8 @@ Out = TypeVar("Out")
 class Model:
     """Every parameter that a diagnosis may free, and the residuals of lanes as a function of them.
 
-    A coordinate of an effect's strength is the strength over its typical size; that of a shape its logarithm.
+    A coordinate of an effect's strength is the strength over its typical size, as is that of a shape that may
+    have either sign; that of another shape is its logarithm.
     `constants` are those of friction; `common` what is free under every hypothesis: these, the rig within its
     tolerance, and what gives the contact its shape. The last coordinate is the logarithm of the level of
     friction in a run: it multiplies A, C and D of the lanes of that run. `by_run` are the numbers of what
@@ -426,6 +427,10 @@ def _effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Pr
         lower, upper = max(kind.lower, -reach), min(kind.upper, reach)
         return Unknown(name, kind.unit, lower, upper, "linear", scale, 0.0, freedom)
     typical = kind.typical * natural if kind.typical else float(place.of(effect))
+    if kind.signed:
+        return Unknown(
+            name, kind.unit, kind.lower, kind.upper, "linear", typical, 0.0, SHAPE_FREEDOM * typical
+        )
     less, more = kind.span
     lower, upper = max(kind.lower, typical / less), min(kind.upper, typical * more)
     centre = float(np.clip(typical, lower, upper))

@@ -17,19 +17,20 @@ from jaxstick.parts.scaled_friction import AbstractScaledFriction
 
 
 class LoadVariation(AbstractEffect):
-    """Multiplies the law by 1 + in_phase y/Y + quadrature y'/Y', Y and Y' the amplitudes of the run's base.
+    """Multiplies the law by 1 + in_phase s + quadrature c + at_ends (2 s^2 - 1) + before_ends 2 s c.
 
-    Base displacement and velocity, each over its own amplitude in the run, are sine and cosine of the drive's
-    phase without its frequency having to be known, and stand for them where the drive is no sine. Where only
-    a force drives, u/U takes the place of y/Y, and there is no quadrature.
+    s = y/Y and c = y'/Y', base displacement and velocity, each over its own amplitude in the run, are sine
+    and cosine of the drive's phase without its frequency having to be known, and stand for them where the
+    drive is no sine; the last two terms go at twice the phase. Where only a force drives, u/U takes the place
+    of y/Y, and c is 0.
     """
 
     card: ClassVar[Card] = Card(
         title="Normal load varies with the drive",
         family="friction",
         symptom=(
-            "The level of friction rises and falls once per cycle of the drive, in both directions of "
-            "sliding alike, with a phase fixed to the base and not to where the slider is."
+            "The level of friction rises and falls once or twice per cycle of the drive, in both directions "
+            "of sliding alike, with a phase fixed to the base and not to where the slider is."
         ),
         explanation=(
             "Something that moves with the drive presses on the slider: the table lifts or tilts as it "
@@ -60,14 +61,29 @@ class LoadVariation(AbstractEffect):
         typical=0.03,
         default=0.0,
     )
+    at_ends: Float[Array, ""] | float = parameter(
+        "1",
+        "relative amplitude of the load that is greatest at either end of the base's stroke",
+        null=0.0,
+        typical=0.03,
+        default=0.0,
+    )
+    before_ends: Float[Array, ""] | float = parameter(
+        "1",
+        "relative amplitude of the load at twice the phase that is greatest an eighth of a cycle before them",
+        null=0.0,
+        typical=0.03,
+        default=0.0,
+    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
         extent = oscillator.drive.extent()
         pressed = _Pressed(
             oscillator.friction,
-            self.in_phase * _reciprocal(extent.y),
-            self.quadrature * _reciprocal(extent.y_rate),
-            jnp.where(jnp.asarray(extent.y) == 0, self.in_phase * _reciprocal(extent.u), 0.0),
+            (self.in_phase, self.quadrature, self.at_ends, self.before_ends),
+            _reciprocal(extent.y),
+            _reciprocal(extent.y_rate),
+            jnp.where(jnp.asarray(extent.y) == 0, _reciprocal(extent.u), 0.0),
         )
         return dataclasses.replace(oscillator, friction=pressed)
 
@@ -80,9 +96,14 @@ def _reciprocal(size: Scalar) -> Array:
 
 class _Pressed(AbstractScaledFriction):
     inner: AbstractFriction
-    by_place: Scalar
-    by_rate: Scalar
-    by_force: Scalar
+    load: tuple[Scalar, Scalar, Scalar, Scalar]
+    per_place: Scalar
+    per_rate: Scalar
+    per_force: Scalar
 
     def excess(self, motion: Motion) -> Scalar:
-        return self.by_place * motion.y + self.by_rate * motion.y_rate + self.by_force * motion.u
+        in_phase, quadrature, at_ends, before_ends = self.load
+        sine = self.per_place * motion.y + self.per_force * motion.u
+        cosine = self.per_rate * motion.y_rate
+        twice = at_ends * (2 * sine**2 - 1) + before_ends * 2 * sine * cosine
+        return in_phase * sine + quadrature * cosine + twice

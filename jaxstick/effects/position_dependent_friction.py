@@ -17,18 +17,20 @@ from jaxstick.parts.scaled_friction import AbstractScaledFriction
 
 
 class PositionDependentFriction(AbstractEffect):
-    """Multiplies the law by 1 + gradient length tanh(s/length), s the place on the track [m].
+    """Multiplies the law by 1 + gradient p + curvature p^2, p = length tanh(s/length), s the place on the
+    track [m].
 
     At s = 0 the law is as it is; friction changes evenly along the track where `length` is far longer than
-    the stroke.
+    the stroke and nothing is curved. A track worn in the middle of the stroke has a curvature above 0.
     """
 
     card: ClassVar[Card] = Card(
-        title="Friction grows along the track",
+        title="Friction changes along the track",
         family="friction",
         symptom=(
-            "Both plateaus of the friction force widen towards one end of the stroke: plotted over x the "
-            "loop is a wedge, open at one end. Stops near that end are longer."
+            "Both plateaus of the friction force widen towards one end of the stroke, or towards both: "
+            "plotted over x the loop is a wedge, open at one end, or has a waist. Stops where it is wide are "
+            "longer."
         ),
         explanation=(
             "The track is not the same everywhere: worn in the middle or at one end, dirty, differently "
@@ -47,6 +49,13 @@ class PositionDependentFriction(AbstractEffect):
     gradient: Float[Array, ""] | float = parameter(
         "1/m", "relative change of friction along the track", null=0.0, typical=0.1, default=0.0
     )
+    curvature: Float[Array, ""] | float = parameter(
+        "1/m^2",
+        "relative change of friction towards both ends of the track",
+        null=0.0,
+        typical=0.1,
+        default=0.0,
+    )
     length: Float[Array, ""] | float = parameter(
         "m",
         "distance from the middle at which friction changes no more",
@@ -57,15 +66,16 @@ class PositionDependentFriction(AbstractEffect):
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(
-            oscillator, friction=_Graded(oscillator.friction, self.gradient, self.length)
-        )
+        graded = _Graded(oscillator.friction, self.gradient, self.curvature, self.length)
+        return dataclasses.replace(oscillator, friction=graded)
 
 
 class _Graded(AbstractScaledFriction):
     inner: AbstractFriction
     gradient: Scalar
+    curvature: Scalar
     length: Scalar
 
     def excess(self, motion: Motion) -> Scalar:
-        return self.gradient * self.length * jnp.tanh(motion.slide / self.length)
+        place = self.length * jnp.tanh(motion.slide / self.length)
+        return (self.gradient + self.curvature * place) * place

@@ -305,6 +305,11 @@ def test_the_clipped_force_keeps_a_share_above_the_level():
     assert np.max(np.abs(hard)) == pytest.approx(6.0)
 
 
+def hum(phase, size):
+    """A hum with a second harmonic that keeps step with it."""
+    return size * (np.cos(phase) + 0.3 * np.cos(2 * phase) - 0.4 * np.sin(2 * phase))
+
+
 @pytest.mark.parametrize(
     ("key", "values", "expected"),
     [
@@ -318,6 +323,11 @@ def test_the_clipped_force_keeps_a_share_above_the_level():
             "mains_hum",
             {"cosine": 0.1, "sine": 0.2, "frequency": 50.0},
             lambda t, x, v, a, f: f + 0.1 * np.cos(100 * np.pi * t) + 0.2 * np.sin(100 * np.pi * t),
+        ),
+        (
+            "mains_hum",
+            {"cosine": 0.1, "sine": 0.2, "frequency": 50.0, "second_even": 0.3, "second_odd": -0.4},
+            lambda t, x, v, a, f: f + hum(100 * np.pi * t - math.atan2(0.2, 0.1), math.hypot(0.1, 0.2)),
         ),
     ],
 )
