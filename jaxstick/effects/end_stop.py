@@ -45,7 +45,7 @@ class EndStop(AbstractEffect):
         "N/m", "stiffness of the stops", lower=0.0, null=0.0, typical=1.0, default=0.0
     )
     gap: Float[Array, ""] | float = parameter(
-        "m", "displacement at which a stop is met", lower=0.0, typical=0.7, default=5e-3
+        "m", "displacement at which a stop is met", lower=0.0, typical=0.7, span=(4.0, 20.0), default=5e-3
     )
     below: Float[Array, ""] | float = parameter(
         "1",
