@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from fitting.problem import beginnings, pose
 from fitting.settings import Settings
+from jaxstick.effects.mains_hum import MainsHum
 from jaxstick.record import CONSTANTS, AssumedConstants
 from tests.fitting.reference_data import RIGHT, dataset, exact_run
 
@@ -36,3 +37,13 @@ def test_nothing_assumed_leaves_what_the_data_show():
     force, travel = problem.scale.force, problem.scale.displacement
     k1 = problem.unknowns.members[-1]
     assert (k1.lower, k1.upper) == pytest.approx((force / travel, 5000 * force / travel))
+
+
+def test_a_shape_that_may_go_either_way_begins_at_nought_and_may_be_less():
+    problem = pose(dataset(exact_run(0.326)), Settings(effects=("mains_hum", "periodic_track")))
+    hum = problem.hypothesis.effects["mains_hum"]
+    assert isinstance(hum, MainsHum) and hum.second_even == 0
+    kinds = {unknown.name: unknown for unknown in problem.unknowns.members}
+    even, wavelength = kinds["mains_hum.second_even"], kinds["periodic_track.wavelength"]
+    assert (even.kind, even.lower, even.upper) == ("linear", -1.0, 1.0)
+    assert wavelength.kind == "log"

@@ -64,6 +64,18 @@ def test_traces_are_those_in_the_channels_that_were_recorded(laid):
     assert both[0]["base_delay"] == both[1]["base_delay"] != ()
 
 
+def test_a_shape_that_may_go_either_way_is_searched_about_nought(laid):
+    model, _ = laid
+    signed, other = model.index("mains_hum.second_odd", "periodic_track.wavelength")
+    assert model.origin(TRUTH)[signed] == 0
+    assert model.lower[signed] == -model.upper[signed] < -1
+    values = model.values(np.full(len(model.names) + 1, -0.5), ("mains_hum.second_odd",))
+    assert values["mains_hum.second_odd"] < 0
+    assert (model.members[signed].kind, model.members[other].kind) == ("linear", "log")
+    cost, slope, curvature = model.prior(np.array([0.5, -0.5]), np.array([signed, signed]))
+    assert cost > 0 and slope[0] == -slope[1] > 0 and (curvature > 0).all()
+
+
 def test_one_core_has_no_time_for_that(laid, asked, monkeypatch):
     model, bench = laid
     monkeypatch.setattr(model, "workers", 1)
