@@ -167,7 +167,10 @@ def judge(
     singles = singly(
         {
             account.keys: Single(
-                prices[account.keys], behind(account.misfit, surely), behind(account.misfit, among)
+                prices[account.keys],
+                behind(account.misfit, surely),
+                behind(account.misfit, among),
+                account.price(pieces) - account.price(among),
             )
             for account in accounts
             if len(account.keys) == 1

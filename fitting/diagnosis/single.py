@@ -25,11 +25,13 @@ Keys = tuple[str, ...]
 
 class Single(NamedTuple):
     """What a single effect costs, and by how much evidence it lies behind the best: by all there is, and by
-    what counts among single effects (logarithms)."""
+    what counts among single effects (logarithms). `cheaper`: by how much less it costs among them, where a
+    parameter is found from less evidence."""
 
     price: float
     behind: float
     among: float
+    cheaper: float = 0.0
 
 
 def singly(singles: Mapping[Keys, Single], most: float) -> dict[Keys, float]:
@@ -37,7 +39,7 @@ def singly(singles: Mapping[Keys, Single], most: float) -> dict[Keys, float]:
     costs nothing. `most`: by how much evidence the nominal model lies behind the best."""
     if not singles:
         return {}
-    which = {keys: -_told(one, most) - one.price for keys, one in singles.items()}
+    which = {keys: -_told(one, most) - one.price + one.cheaper for keys, one in singles.items()}
     any_of_them = np.logaddexp.reduce([-one.behind - one.price for one in singles.values()])
     whole = np.logaddexp.reduce(list(which.values()))
     return {keys: float(any_of_them - whole + log) for keys, log in which.items()}

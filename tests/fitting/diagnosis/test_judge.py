@@ -74,6 +74,12 @@ def test_no_effect_is_named_for_the_evidence_of_a_better_one_that_costs_more():
     assert sum(found.effects[key] for key in SHELF) < 0.3
 
 
+def test_a_filter_that_leaves_less_than_a_delay_is_not_ruled_out_for_its_one_parameter_more():
+    left = [account(0, 0.8944, 2), account(1, 0.8995, 1), account(2, 2.29)]
+    found = judge(2.843, left, SAMPLES / 2, 1.0, SHELF)
+    assert found.verdict == "ambiguous" and {*found.named} == {SHELF[0], SHELF[1]}
+
+
 def test_a_gap_that_nothing_closes_is_unlisted():
     found = judge(50.0, [account(0, 35.0), account(1, 40.0, 2)], SAMPLES, 20.0, SHELF)
     assert found.verdict == "unlisted"

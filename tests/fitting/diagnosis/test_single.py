@@ -15,12 +15,12 @@ ONE, OTHER = ("one",), ("other",)
 amounts = st.floats(0.0, 500.0, allow_subnormal=False)
 
 
-@given(st.lists(st.tuples(amounts, amounts, st.floats(1.0, 30.0)), min_size=1, max_size=8), amounts)
+@given(st.lists(st.tuples(amounts, amounts, st.floats(1.0, 30.0), amounts), min_size=1, max_size=8), amounts)
 def test_whether_one_acts_does_not_depend_on_which_does(effects, most):
     """All together they are as likely as by all the evidence there is."""
     singles = {
-        (f"effect {n}",): Single(price, behind, behind / share)
-        for n, (price, behind, share) in enumerate(effects)
+        (f"effect {n}",): Single(price, behind, behind / share, cheaper)
+        for n, (price, behind, share, cheaper) in enumerate(effects)
     }
     found = math.fsum(math.exp(log) for log in singly(singles, most).values())
     wanted = math.fsum(math.exp(-one.behind - one.price) for one in singles.values())
@@ -45,3 +45,8 @@ def test_what_leaves_no_more_than_the_best_lies_behind_by_nothing():
     found = singly({ONE: Single(1.0, 0.0, 0.0), OTHER: Single(4.0, 0.0, 0.0)}, 0.0)
     assert found[ONE] - found[OTHER] == pytest.approx(3.0)
     assert singly({}, 3.0) == {}
+
+
+def test_a_parameter_more_costs_less_among_them():
+    found = singly({ONE: Single(2.0, 0.0, 0.0, 1.0), OTHER: Single(5.0, 0.0, 0.0, 2.5)}, 100.0)
+    assert found[ONE] - found[OTHER] == pytest.approx(1.5)
