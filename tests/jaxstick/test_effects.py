@@ -27,7 +27,7 @@ from jaxstick.errors import UserError
 from jaxstick.hypothesis import Hypothesis, effects_at_null
 from jaxstick.nominal import nominal
 from jaxstick.oscillator import Oscillator, Start
-from jaxstick.parameter import Parameter, parameters, replace
+from jaxstick.parameter import Parameter, find, parameters, replace
 from jaxstick.parts.contact import AbstractContact, LoadedContact, PaperContact, SmoothContact
 from jaxstick.parts.drive import RecordedDrive, SineDrive
 from jaxstick.simulate import Grid, Trajectory, march
@@ -186,8 +186,9 @@ def test_every_parameter_matters_where_the_effect_is_present(key):
     assert norm(there - without()) > 1e-4
     for name in values:
         assert norm(there - seen(key, {**values, name: nothing(strengths(key)[name])}).value) > 1e-5
-    for name in shape(key):
-        slope = seen(key, values, {name: 1.0}).slope
+    for name, kind in shape(key).items():
+        begun = values if float(find(null(key), name).of(null(key))) else {**values, name: typical(kind)}
+        slope = seen(key, begun, {name: 1.0}).slope
         assert np.all(np.isfinite(slope))
         assert norm(slope) > 0
 
@@ -223,7 +224,9 @@ def test_parameters_say_what_they_are(key):
         if kind.null is None:
             assert kind.typical is None or kind.lower <= typical(kind) <= kind.upper
             share = kind.unit == "1" and kind.lower == 0 and math.isfinite(kind.upper) and kind.typical
-            assert value != 0 or share, "a shape that is nothing by default says nothing where it begins"
+            assert value != 0 or share or kind.signed, (
+                "a shape that is nothing by default says nothing where it begins"
+            )
         else:
             assert value == kind.null and kind.typical is not None and kind.typical > 0
             assert kind.lower <= kind.null < typical(kind) <= kind.upper
