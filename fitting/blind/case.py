@@ -9,7 +9,15 @@ from typing import Any
 import numpy as np
 
 from fitting.blind.gap import detection_limit, gap
-from fitting.blind.menu import FAMILIES, LISTED, STRANGE, aliases, formulation, may_be_paired
+from fitting.blind.menu import (
+    FAMILIES,
+    LISTED,
+    STRANGE,
+    aliases,
+    formulation,
+    may_be_paired,
+    other_versions,
+)
 from fitting.blind.recipe import Recipe, recipe_from
 from fitting.blind.recorder import sampled
 from fitting.blind.rigs import Size, draw_rig
@@ -117,6 +125,8 @@ def _versions(assignment: Assignment, random: np.random.Generator) -> list[str]:
         return ["unlisted"]
     if assignment.tier == "C":
         return [str(random.choice(["A", "B"])) for _ in assignment.keys]
+    if assignment.tier == "B":
+        return [str(random.choice(other_versions(key))) for key in assignment.keys]
     return [assignment.tier for _ in assignment.keys]
 
 

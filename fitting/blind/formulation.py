@@ -75,10 +75,10 @@ class Formulation:
     """One effect in one form.
 
     key: its name in the catalogue, or a name of ours for what no catalogue lists; version: "A" for the
-    catalogue's formula, "B" for another of the same effect, "unlisted". `strength` names the parameter that
-    is drawn [unit]; 0 is no effect. typical, most: its size to begin with and the largest sensible one;
-    least: a size below which it hides behind what is known of the rig only to a per cent; signed: whether it
-    may be negative. shape draws further parameters (absolute, SI) with their units.
+    catalogue's formula, "B" and "B2" for others of the same effect, "unlisted". `strength` names the
+    parameter that is drawn [unit]; 0 is no effect. typical, most: its size to begin with and the largest
+    sensible one; least: a size below which it hides behind what is known of the rig only to a per cent;
+    signed: whether it may be negative. shape draws further parameters (absolute, SI) with their units.
 
     physics, elements, series, chain: what the effect does to the constants, the contact's elements, the
     factor on friction over time, and the channels. drive: the base as the records show it, where that is not

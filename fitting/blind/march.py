@@ -8,7 +8,7 @@ A step in which an element begins or ends to slip is repeated in SUBDIVISIONS sm
 
 from __future__ import annotations
 
-from math import asin, cos, exp, expm1, log, pi, sin, sqrt, tanh
+from math import asin, cos, exp, expm1, log, pi, sin, sinh, sqrt, tanh
 
 import numpy as np
 from numba import njit
@@ -40,9 +40,11 @@ def _base(p, t):
 
 
 @njit(cache=True)
-def _triangle(angle):
-    """The triangular wave in phase with a sine."""
-    return 2.0 / pi * asin(sin(angle))
+def _wave(angle, triangular, second):
+    """A sine with a second harmonic, or the triangular wave in phase with it."""
+    if triangular > 0.0:
+        return 2.0 / pi * asin(sin(angle))
+    return sin(angle) + second * cos(2.0 * angle)
 
 
 @njit(cache=True)
@@ -63,17 +65,19 @@ def _factor(p, t, x, y, direction, acceleration):
     place = x - p.against_base * y
     if p.track != 0.0:
         if p.track_length > 0.0:
-            factor *= 1.0 + p.track * p.track_length * tanh(place / p.track_length)
+            factor *= 1.0 + p.track * p.track_length * tanh((place - p.track_middle) / p.track_length)
         else:
             factor *= 1.0 + p.track * place
     if p.waviness != 0.0:
         angle = p.waviness_number * place + p.waviness_phase
-        factor *= 1.0 + p.waviness * (_triangle(angle) if p.waviness_triangular > 0.0 else sin(angle))
+        factor *= 1.0 + p.waviness * _wave(angle, p.waviness_triangular, p.waviness_second)
     if p.load != 0.0:
         angle = p.omega * t + p.phase + p.load_phase
-        factor *= 1.0 + p.load * (_triangle(angle) if p.load_triangular > 0.0 else sin(angle))
+        factor *= 1.0 + p.load * _wave(angle, p.load_triangular, p.load_second)
     if p.drift != 0.0 and t > 0.0:
-        if p.drift_time > 0.0:
+        if p.drift_root > 0.0:
+            factor *= 1.0 + p.drift * sqrt(p.drift_root * t)
+        elif p.drift_time > 0.0:
             factor *= 1.0 - p.drift * p.drift_time * expm1(-t / p.drift_time)
         else:
             factor *= 1.0 + p.drift * t
@@ -89,6 +93,8 @@ def _limit(p, s, speed, seen, age, direction):
     """g [N] at a sliding speed, before the factor; `seen` is the speed that the weakening sees."""
     if p.gaussian != 0.0:
         weak = p.A * ((1.0 - p.gaussian) * exp(-p.B * seen) + p.gaussian * exp(-((p.B * seen) ** 2)))
+    elif p.lorentzian != 0.0:
+        weak = p.A * ((1.0 - p.lorentzian) * exp(-p.B * seen) + p.lorentzian / (1.0 + (p.B * seen) ** 2))
     elif p.exponent != 1.0:
         weak = p.A * exp(-((p.B * seen) ** p.exponent))
     else:
@@ -98,6 +104,8 @@ def _limit(p, s, speed, seen, age, direction):
         if p.dwell_power > 0.0:
             grown = ((1.0 + age / p.dwell_time) ** p.dwell_power - 1.0) / p.dwell_power
             limit += p.dwell * p.C * grown
+        elif p.dwell_end > 0.0:
+            limit *= 1.0 - p.dwell * expm1(-age / p.dwell_end)
         else:
             limit *= 1.0 + p.dwell * log(1.0 + age / p.dwell_time)
     if p.log_rate != 0.0:
@@ -186,8 +194,11 @@ def _restoring(p, t, x, y, rate):
         stiffness *= 1.0 + p.pulsation * sin(p.pulsation_omega * t + p.pulsation_phase)
     force = p.drive_stiffness * y + p.drive_damping * rate - stiffness * x + p.push
     if p.cubic != 0.0:
-        more = (x / p.cubic_length) ** 2 if p.cubic_length > 0.0 else 0.0
-        force -= p.cubic * x * x * x * (1.0 + more)
+        if p.cubic_arc > 0.0:
+            force -= 6.0 * p.cubic * p.cubic_arc**3 * (sinh(x / p.cubic_arc) - x / p.cubic_arc)
+        else:
+            more = (x / p.cubic_length) ** 2 if p.cubic_length > 0.0 else 0.0
+            force -= p.cubic * x * x * x * (1.0 + more)
     if p.square != 0.0:
         if p.square_length > 0.0:
             root = sqrt(x * x + p.square_length * p.square_length)
@@ -227,9 +238,12 @@ def _toward(value, target, step, time):
 
 
 @njit(cache=True)
-def _joint(p, play, change):
-    """How far the drive's joint hangs behind the base after it moved by `change` [m]."""
+def _joint(p, play, change, apart):
+    """How far the drive's joint hangs behind the base after it moved by `change` [m], and is ahead of the
+    mass by `apart` [m]."""
     half = 0.5 * p.backlash
+    if p.backlash_slack > 0.0:
+        return min(max(apart, -half), half)
     if p.backlash_rounded > 0.0:
         sense = 1.0 if change >= 0.0 else -1.0
         return sense * half + (play - sense * half) * exp(-abs(change) / half)
@@ -251,7 +265,7 @@ def _step(p, elements, series, start, interval, s, t, h):
 
     hanging, taken = 0.0, rate_middle
     if p.backlash > 0.0:
-        hanging = _joint(p, s[PLAY], y_middle - y)
+        hanging = _joint(p, s[PLAY], y_middle - y, y_middle - x_middle)
         taken = (y_middle - hanging - y + s[PLAY]) / half
     steady = _restoring(p, t + half, x_middle, y_middle - hanging, taken)
     if p.guide != 0.0 and p.guide_speed == 0.0:
@@ -296,7 +310,7 @@ def _step(p, elements, series, start, interval, s, t, h):
     if p.dwell != 0.0:
         s[AGE] = _aged(p, s[AGE], abs(way), middle, h)
     if p.backlash > 0.0:
-        s[PLAY] = _joint(p, s[PLAY], y_end - y)
+        s[PLAY] = _joint(p, s[PLAY], y_end - y, y_end - x_end)
     if p.guide != 0.0 and p.guide_speed == 0.0:
         most = p.guide / p.guide_stiffness
         s[GUIDE] = min(max(s[GUIDE] + x_end - x, -most), most)
@@ -325,6 +339,8 @@ def _lagged(p, s, w, step, keep):
     """The speed seen through the memory's stages after `step`; they stay so if `keep`."""
     stages = int(p.memory_stages)
     time = p.memory / stages
+    if p.memory_length > 0.0:
+        time = p.memory_length / max(abs(w), 1e-9)
     target = abs(w) if p.memory_of_speed > 0.0 else w
     for i in range(stages):
         reached = _toward(s[LAG + i], target, step, time)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fitting.blind.formulation import Formulation
 from fitting.blind.friction_effects import FRICTION
+from fitting.blind.further_forms import FURTHER
 from fitting.blind.measurement_effects import MEASUREMENT
 from fitting.blind.mechanics_effects import MECHANICS
 from fitting.blind.unlisted_effects import UNLISTED
@@ -40,12 +41,18 @@ stiffness.
 HIDDEN_BY_RIG = frozenset().union(*ALIASES)
 """What a free rig (mass, stiffnesses, dampers) takes over entirely: their gap is that of a rig as stated."""
 
-_BY_NAME = {(one.key, one.version): one for one in (*FRICTION, *MECHANICS, *MEASUREMENT, *UNLISTED)}
+_BY_NAME = {(one.key, one.version): one for one in (*FRICTION, *MECHANICS, *MEASUREMENT, *FURTHER, *UNLISTED)}
 
 
 def formulation(key: str, version: str) -> Formulation:
-    """The effect `key` in its version "A" or "B", or "unlisted"; raises KeyError where there is none."""
+    """The effect `key` in its version "A", "B" or, where it has a third form, "B2", or "unlisted"; raises
+    KeyError where there is none."""
     return _BY_NAME[key, version]
+
+
+def other_versions(key: str) -> tuple[str, ...]:
+    """The versions in which a listed effect is not by the catalogue's formula."""
+    return tuple(version for name, version in _BY_NAME if name == key and version.startswith("B"))
 
 
 def aliases(key: str) -> tuple[str, ...]:

@@ -45,26 +45,33 @@ class Physics:
     memory: float = 0.0  # s
     memory_stages: float = 1.0
     memory_of_speed: float = 0.0  # 1: |w| lags, 0: w does
+    memory_length: float = 0.0  # m, slid instead of waited; 0: a time
     dwell: float = 0.0
     dwell_time: float = 1.0  # s
     dwell_slip: float = 1.0  # m, sliding that renews the contact
     dwell_power: float = 0.0  # 0: logarithm of the age, on the whole limit; else on C, ageing in slip too
+    dwell_end: float = 0.0  # s, in which it grows to its end; 0: without end
     peak: float = 0.0
     peak_length: float = 1.0  # m
     peak_linear: float = 0.0  # 0: exponential, on the whole limit; 1: a straight line, on C
     track: float = 0.0  # 1/m
     track_length: float = 0.0  # m, 0: a straight line
+    track_middle: float = 0.0  # m, where a track that levels off changes most
     waviness: float = 0.0
     waviness_number: float = 0.0  # rad/m
     waviness_phase: float = 0.0
     waviness_triangular: float = 0.0
+    waviness_second: float = 0.0  # its second harmonic, relative
     load: float = 0.0
     load_phase: float = 0.0
     load_triangular: float = 0.0
+    load_second: float = 0.0  # its second harmonic, relative
     drift: float = 0.0  # 1/s
     drift_time: float = 0.0  # s, 0: without end
+    drift_root: float = 0.0  # s, in which a drift with the root of time comes as far as a straight one
     exponent: float = 1.0
     gaussian: float = 0.0  # share of the weakening that goes as exp(-(B w)^2)
+    lorentzian: float = 0.0  # and as 1/(1 + (B w)^2)
 
     # The contact.
     contact_damping: float = 0.0  # N s/m
@@ -76,6 +83,7 @@ class Physics:
     # The mechanics.
     cubic: float = 0.0  # N/m^3
     cubic_length: float = 0.0  # m, adds cubic x^5 / length^2
+    cubic_arc: float = 0.0  # m, a hyperbolic sine of x over it instead
     square: float = 0.0  # N/m^2
     square_length: float = 0.0  # m, 0: a parabola
     stop: float = 0.0  # N/m
@@ -99,6 +107,7 @@ class Physics:
     base_damping_relative: float = 0.0  # 1: acts on y' - x', 0: on y'
     backlash: float = 0.0  # m, total
     backlash_rounded: float = 0.0
+    backlash_slack: float = 0.0  # 1: nothing holds the joint in its gap
 
     # What no catalogue lists.
     second_harmonic: float = 0.0  # of the base, relative

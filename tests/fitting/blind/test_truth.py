@@ -9,10 +9,11 @@ import pytest
 
 from fitting.blind.formulation import Formulation
 from fitting.blind.friction_effects import FRICTION
+from fitting.blind.further_forms import FURTHER
 from fitting.blind.march import march, start_state
 from fitting.blind.measurement_effects import MEASUREMENT
 from fitting.blind.mechanics_effects import MECHANICS
-from fitting.blind.menu import FAMILIES, LISTED, STRANGE, formulation
+from fitting.blind.menu import FAMILIES, LISTED, STRANGE, formulation, other_versions
 from fitting.blind.physics import Elements, Physics
 from fitting.blind.recipe import Chosen, Recipe, recipe_from
 from fitting.blind.truth import noise_free
@@ -23,7 +24,7 @@ from tests.fitting.blind.small import tiny_rig
 from tests.reference import loaded, rig1987
 
 PERIOD = 1.0 / rig1987.NATURAL_FREQUENCY
-EVERY = (*FRICTION, *MECHANICS, *MEASUREMENT, *UNLISTED)
+EVERY = (*FRICTION, *MECHANICS, *MEASUREMENT, *FURTHER, *UNLISTED)
 
 
 @pytest.mark.parametrize(
@@ -95,7 +96,7 @@ def test_an_effect_acts_and_fades_with_its_strength(rig, effect):
     )
     size = np.array([scales.stroke, scales.force, scales.base])[:, None]
     strong = np.abs(channels(recipe, effect, effect.most(scales), shape) - without) / size
-    faint = np.abs(channels(recipe, effect, 1e-4 * effect.most(scales), shape) - without) / size
+    faint = np.abs(channels(recipe, effect, 1e-6 * effect.most(scales), shape) - without) / size
     assert np.isfinite(strong).all()
     acts = strong.max(axis=1) > 1e-6
     assert acts.any()
@@ -113,6 +114,37 @@ def test_every_listed_effect_has_both_forms():
     for key in LISTED:
         assert formulation(key, "A").version == "A"
         assert formulation(key, "B").version == "B"
+    third = {one.key: one for one in FURTHER}
+    assert len(third) == len(FURTHER)
+    for key in LISTED:
+        assert other_versions(key) == (("B", "B2") if key in third else ("B",))
+        assert key not in third or formulation(key, "B2") is third[key]
+
+
+@pytest.mark.parametrize("effect", FURTHER, ids=lambda effect: effect.key)
+def test_a_third_form_is_neither_of_the_others(rig, effect):
+    """Nor a multiple of them: what it does goes otherwise through the records."""
+    recipe, scales = rig
+    without = np.concatenate([_seen(recipe, index) for index in range(len(recipe.runs))])
+
+    def change(version: str) -> np.ndarray:
+        one = formulation(effect.key, version)
+        shape = one.shape(scales, np.random.default_rng(5))
+        acting = replace(
+            recipe,
+            effects=(Chosen(key=one.key, version=version, strength=0.3 * one.most(scales), shape=shape),),
+        )
+        return np.concatenate([_seen(acting, index) for index in range(len(recipe.runs))]) - without
+
+    third = change("B2")
+    for other in (change("A"), change("B")):
+        alike = abs(third @ other) / np.sqrt((third @ third) * (other @ other))
+        assert alike < 1 - 1e-6
+
+
+def _seen(recipe: Recipe, index: int) -> np.ndarray:
+    one = noise_free(recipe, index)
+    return np.concatenate([one.displacement / np.ptp(one.displacement), one.friction / np.ptp(one.friction)])
 
 
 @pytest.mark.parametrize("key", LISTED)
