@@ -71,7 +71,7 @@ class FrictionalMemory(AbstractEffect):
         lower=0.0,
         upper=1.0,
         typical=0.5,
-        default=0.2,
+        default=0.0,
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:

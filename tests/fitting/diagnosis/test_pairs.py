@@ -9,9 +9,11 @@ import pytest
 
 from fitting.diagnosis import pairs
 from fitting.diagnosis.explanation import best_of
+from fitting.diagnosis.ground import Ground
+from fitting.diagnosis.model import Model
 from fitting.diagnosis.pairs import with_still_friction
 from fitting.diagnosis.repeatability import wanders
-from fitting.diagnosis.survey import nominal_on, survey
+from fitting.diagnosis.survey import Survey, nominal_on, survey
 from fitting.progress import Silent
 from jaxstick.effects.friction_drift import FrictionDrift
 from jaxstick.effects.periodic_track import PeriodicTrack
@@ -20,10 +22,16 @@ from tests.fitting.diagnosis.grounded import grounded
 PAIR = {"friction_drift": FrictionDrift(0.08), "periodic_track": PeriodicTrack(0.02, -0.02, 3e-3)}
 
 
-def test_what_wandering_hides_is_found_with_still_friction():
+@pytest.fixture(scope="module")
+def surveyed() -> tuple[Model, Ground, Survey]:
     """A drift and a ripple of 3 %: a level for every segment takes the drift and part of the ripple over."""
     _, model, base = grounded(dict(PAIR), 12)
-    seen = survey(model, base.bench, nominal_on(model, base.bench, base.point), base.begins, Silent())
+    nominal = nominal_on(model, base.bench, base.point)
+    return model, base, survey(model, base.bench, nominal, base.begins, Silent())
+
+
+def test_what_wandering_hides_is_found_with_still_friction(surveyed):
+    model, base, seen = surveyed
     leader = seen.found[0]
     assert wanders(seen.nominal) and wanders(leader.refit)
     found = with_still_friction(model, base.bench, seen.nominal, leader, seen.screen.shapes, Silent())
@@ -34,11 +42,10 @@ def test_what_wandering_hides_is_found_with_still_friction():
     assert model.values(best.refit.point.coordinates, tuple(truth)) == pytest.approx(truth, rel=0.2)
 
 
-def test_pairs_are_sought_beside_the_leader_kept_still(monkeypatch):
+def test_pairs_are_sought_beside_the_leader_kept_still(surveyed, monkeypatch):
     """Friction that drifts may be all that the best effect leaves, and be taken for wandering: where that
     effect is not among those tried with still friction, it is there all the same."""
-    _, model, base = grounded(dict(PAIR), 12)
-    seen = survey(model, base.bench, nominal_on(model, base.bench, base.point), base.begins, Silent())
+    model, base, seen = surveyed
     leader = next(e for e in seen.found if e.keys == ("periodic_track",))
     made = pairs.contest
     based: list[tuple[str, ...]] = []
