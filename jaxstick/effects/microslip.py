@@ -6,7 +6,6 @@ import dataclasses
 from typing import Any, ClassVar
 
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from jaxstick.effect import AbstractEffect, Card
@@ -23,17 +22,13 @@ from jaxstick.parts.contact import (
 )
 from jaxstick.parts.motion import Scalar
 
-APART = np.array([-1.0, 0.0, 1.0])
-"""How far the early elements lie from their middle, in units of their spread."""
-
 
 class Microslip(AbstractEffect):
-    """Splits the contact into elements side by side, of which some yield early.
+    """Splits the contact into two elements side by side, of which one yields early.
 
-    Of the stiffness k1 three early elements have `share` in equal parts, and yield at the deflections
-    (1 - spread) earlier g/k1, earlier g/k1 and (1 + spread) earlier g/k1: without spread they are one. What
-    is left has the rest of the stiffness, and of the limit g what they leave. Initial stiffness and force in
-    full slip stay as they are: k1 and g.
+    Of the stiffness k1 the early element has `share`, and yields at the deflection earlier g/k1; the other
+    has the rest, and of the limit g what the first leaves. Initial stiffness and force in full slip stay as
+    they are: k1 and g.
     """
 
     card: ClassVar[Card] = Card(
@@ -75,23 +70,14 @@ class Microslip(AbstractEffect):
         typical=0.5,
         default=0.5,
     )
-    spread: Float[Array, ""] | float = parameter(
-        "1",
-        "how far the deflections at which its parts yield differ from that",
-        lower=0.0,
-        upper=0.9,
-        typical=0.3,
-        default=0.0,
-    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
         contact = oscillator.contact
-        split = _Split(contact.k1, contact, self.share, self.earlier, self.spread)
-        return dataclasses.replace(oscillator, contact=split)
+        return dataclasses.replace(oscillator, contact=_Split(contact.k1, contact, self.share, self.earlier))
 
 
 class _Split(AbstractContact):
-    """State: that of `inner`, the deflections of the early elements [m].
+    """State: that of `inner`, the deflection of the early element [m].
 
     `inner` is the later element blown up to the whole contact: it moves a mass that is larger in the ratio
     in which it is smaller, and its answer is scaled back.
@@ -101,62 +87,44 @@ class _Split(AbstractContact):
     inner: AbstractContact
     share: Scalar
     earlier: Scalar
-    spread: Scalar
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
-        """Where the mass slid before, the early elements have come back from there with the whole."""
+        """Where the mass slid before, the early element has come back from there with the whole."""
         held = -approach.force / self.k1
         slid = jnp.asarray(approach.slid)
         sense = jnp.where(slid == 0, sense_of(held), slid)
         whole = traction.limit(approach.rate, sense) / self.k1
-        limits = self._fractions() * whole
-        loaded = jnp.minimum(self._travel(sense * held, limits), limits)
-        back = jnp.minimum(self._travel(whole - sense * held, 2 * limits), 2 * limits)
-        deflections = sense * jnp.where(slid == 0, loaded, limits - back)
-        early = self._early(deflections)
+        limit = self.earlier * whole
+        back = jnp.clip(whole - sense * held, 0.0, 2 * limit)
+        deflection = jnp.where(slid == 0, jnp.clip(held, -limit, limit), sense * (limit - back))
+        early = -self.share * self.k1 * deflection
         rest = approach._replace(force=(approach.force - early) / (1 - self.share))
         friction, inner = self.inner.initial(rest, self._later(traction))
-        return (1 - self.share) * friction + early, (inner, deflections)
+        return (1 - self.share) * friction + early, (inner, deflection)
 
     def grip(self, state: Any, passage: Passage, traction: Traction) -> Grip:
-        inner, deflections = state
-        trial = deflections + passage.slide
-        limits = self._yield(passage.rate, sense_of(trial), traction)
-        deflections = jnp.clip(trial, -limits, limits)
-        early = self._early(deflections)
+        inner, deflection = state
+        trial = deflection + passage.slide
+        limit = self._yield(passage.rate, sense_of(trial), traction)
+        deflection = jnp.clip(trial, -limit, limit)
+        early = -self.share * self.k1 * deflection
         rest = passage._replace(
             acceleration=passage.acceleration + early / passage.inertia,
             inertia=passage.inertia / (1 - self.share),
         )
         grip = self.inner.grip(inner, rest, self._later(traction))
-        held = self.share * self.k1 * jnp.mean(jnp.where(jnp.abs(trial) < limits, 1.0, 0.0))
+        held = jnp.where(jnp.abs(trial) < limit, self.share * self.k1, 0.0)
         return Grip(
             (1 - self.share) * grip.friction + early,
             (1 - self.share) * grip.mean + early,
             grip.inertia_factor * (1 + fitted_inertia(held, passage)),
             grip.slip,
-            (grip.state, deflections),
+            (grip.state, deflection),
         )
 
-    def _fractions(self) -> Array:
-        """The deflections at which the early elements yield, over that of the whole."""
-        return jnp.asarray(self.earlier * (1 + self.spread * APART))
-
-    def _travel(self, force: Scalar, ranges: Array) -> Scalar:
-        """How far the contact has been moved where that took a force, over k1 [m], and the early elements
-        give way after these ranges, which grow: the force over the way is the least of straight lines, one
-        for each of the elements that may have given way."""
-        given = jnp.arange(len(APART) + 1) / len(APART)
-        taken = jnp.concatenate([jnp.zeros(1), jnp.cumsum(ranges)]) / len(APART)
-        return jnp.max((jnp.maximum(force, 0.0) - self.share * taken) / (1 - self.share * given))
-
-    def _early(self, deflections: Scalar) -> Scalar:
-        """The force of the early elements [N]."""
-        return -self.share * self.k1 * jnp.mean(deflections)
-
-    def _yield(self, rate: Scalar, senses: Scalar, traction: Traction) -> Scalar:
-        """The deflections at which the early elements yield [m]."""
-        return self._fractions() * traction.limit(rate, senses) / self.k1
+    def _yield(self, rate: Scalar, sense: Scalar, traction: Traction) -> Scalar:
+        """The deflection at which the early element yields [m]."""
+        return self.earlier * traction.limit(rate, sense) / self.k1
 
     def _later(self, traction: Traction) -> Traction:
         rest = 1 - self.share
