@@ -16,7 +16,11 @@ from jaxstick.parts.rig import AbstractRig
 
 
 class BaseRelativeDamping(AbstractEffect):
-    """Adds damping y' to the force on the mass: so much more of its total damping joins it to the base."""
+    """Adds damping (y' - braking v) to the force on the mass.
+
+    Where braking is 0, so much more of its total damping joins the mass to the base, and none to the ground;
+    where it is 1, a damper between mass and base has been forgotten altogether.
+    """
 
     card: ClassVar[Card] = Card(
         title="Damping acts between mass and base",
@@ -43,14 +47,23 @@ class BaseRelativeDamping(AbstractEffect):
     damping: Float[Array, ""] | float = parameter(
         "N s/m", "damping between mass and base beyond what is stated", null=0.0, typical=0.01, default=0.0
     )
+    braking: Float[Array, ""] | float = parameter(
+        "1",
+        "share of it that is not in the stated damping of the mass",
+        lower=0.0,
+        upper=1.0,
+        typical=0.5,
+        default=0.0,
+    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(oscillator, rig=_Coupled(oscillator.rig, self.damping))
+        return dataclasses.replace(oscillator, rig=_Coupled(oscillator.rig, self.damping, self.braking))
 
 
 class _Coupled(AbstractAddedForce):
     inner: AbstractRig
     damping: Scalar
+    braking: Scalar
 
     def added(self, memory: Any, motion: Motion) -> Scalar:
-        return self.damping * motion.y_rate
+        return self.damping * (motion.y_rate - self.braking * motion.v)

@@ -16,7 +16,7 @@ from scipy import signal
 from jaxstick.hypothesis import effects_at_null
 from jaxstick.nominal import nominal
 from jaxstick.oscillator import Oscillator, Start
-from jaxstick.parameter import replace
+from jaxstick.parameter import find, replace
 from jaxstick.parts.contact import LoadedContact
 from jaxstick.parts.drive import SineDrive
 from jaxstick.parts.friction import ExponentialFriction
@@ -230,9 +230,12 @@ def test_a_lubricated_guide_creeps(fast: bool) -> None:
     assert added == pytest.approx(force)
 
 
-def test_damping_to_the_base_is_the_rig_s_own() -> None:
-    built_in = replace(NOMINAL, {"rig.drive_damping": 1.3})
-    attached = with_effect(NOMINAL, "base_relative_damping", damping=1.3)
+@pytest.mark.parametrize("braking", [0.0, 1.0])
+def test_damping_to_the_base_is_the_rig_s_own(braking: float) -> None:
+    """A forgotten damper between mass and base brakes the mass as well."""
+    damping = float(find(NOMINAL, "rig.damping").of(NOMINAL)) + 1.3 * braking
+    built_in = replace(NOMINAL, {"rig.drive_damping": 1.3, "rig.damping": damping})
+    attached = with_effect(NOMINAL, "base_relative_damping", damping=1.3, braking=braking)
     one, other = simulated(built_in), simulated(attached)
     assert np.abs(one.x - other.x).max() < 1e-11
     assert np.abs(one.x - simulated(NOMINAL).x).max() > 1e-5
