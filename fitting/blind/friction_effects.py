@@ -72,11 +72,11 @@ def _worn_track(p: Physics, slope: float, shape: Shape, run: RunFacts) -> Physic
     return replace(p, track=slope, track_length=shape["length"])
 
 
-def _waves(scales: Scales, random: np.random.Generator) -> Shape:
+def waves(scales: Scales, random: np.random.Generator) -> Shape:
     return {"wavelength": scales.stroke * between(random, 0.1, 0.6), "phase": angle(random)}
 
 
-def _sine_track(p: Physics, share: float, shape: Shape, run: RunFacts) -> Physics:
+def sine_track(p: Physics, share: float, shape: Shape, run: RunFacts) -> Physics:
     """g (1 + share sin(2 pi s/wavelength + phase))."""
     number = 2.0 * np.pi / shape["wavelength"]
     return replace(p, waviness=share, waviness_number=number, waviness_phase=shape["phase"])
@@ -84,7 +84,7 @@ def _sine_track(p: Physics, share: float, shape: Shape, run: RunFacts) -> Physic
 
 def _ridged_track(p: Physics, share: float, shape: Shape, run: RunFacts) -> Physics:
     """The same with a triangular wave."""
-    return replace(_sine_track(p, share, shape, run), waviness_triangular=1.0)
+    return replace(sine_track(p, share, shape, run), waviness_triangular=1.0)
 
 
 def _damped_contact(p: Physics, damping: float, shape: Shape, run: RunFacts) -> Physics:
@@ -99,16 +99,16 @@ def _loaded_damping(p: Physics, damping: float, shape: Shape, run: RunFacts) -> 
 
 def _early_share(elements: Elements, share: float, shape: Shape) -> Elements:
     """A share of k1 yields at a fraction of the limit."""
-    return _with_early(elements, (share,), (shape["earlier"],))
+    return with_early(elements, (share,), (shape["earlier"],))
 
 
 def _early_spectrum(elements: Elements, share: float, shape: Shape) -> Elements:
     """Iwan: the share that yields early is spread evenly over the fractions of the limit."""
     fractions = np.array([0.3, 0.8, 1.2, 1.7]) * shape["earlier"]
-    return _with_early(elements, (share / 4,) * 4, tuple(fractions.tolist()))
+    return with_early(elements, (share / 4,) * 4, tuple(fractions.tolist()))
 
 
-def _with_early(elements: Elements, shares: tuple[float, ...], fractions: tuple[float, ...]) -> Elements:
+def with_early(elements: Elements, shares: tuple[float, ...], fractions: tuple[float, ...]) -> Elements:
     """Elements that yield early beside the others, which carry what is left of stiffness and limit."""
     stiffness, limit = sum(shares), sum(s * f for s, f in zip(shares, fractions, strict=True))
     return Elements(
@@ -118,14 +118,14 @@ def _with_early(elements: Elements, shares: tuple[float, ...], fractions: tuple[
     )
 
 
-def _breathing(p: Physics, share: float, shape: Shape, run: RunFacts) -> Physics:
+def breathing(p: Physics, share: float, shape: Shape, run: RunFacts) -> Physics:
     """g (1 + share sin(drive's phase + phase))."""
     return replace(p, load=share, load_phase=shape["phase"])
 
 
 def _rocking_load(p: Physics, share: float, shape: Shape, run: RunFacts) -> Physics:
     """The same with a triangular wave."""
-    return replace(_breathing(p, share, shape, run), load_triangular=1.0)
+    return replace(breathing(p, share, shape, run), load_triangular=1.0)
 
 
 def _steady_drift(p: Physics, rate: float, shape: Shape, run: RunFacts) -> Physics:
@@ -198,8 +198,8 @@ FRICTION = (
     ),
     Formulation(
         key="periodic_track", version="A", strength="share", unit="1", signed=False,
-        typical=lambda s: 0.03, most=lambda s: 0.4, shape=_waves,
-        shape_units={"wavelength": "m"}, physics=_sine_track,
+        typical=lambda s: 0.03, most=lambda s: 0.4, shape=waves,
+        shape_units={"wavelength": "m"}, physics=sine_track,
         parameters=lambda share, shape: {
             "cosine": share * float(np.sin(shape["phase"])),
             "sine": share * float(np.cos(shape["phase"])),
@@ -208,7 +208,7 @@ FRICTION = (
     ),
     Formulation(
         key="periodic_track", version="B", strength="share", unit="1", signed=False,
-        typical=lambda s: 0.03, most=lambda s: 0.4, shape=_waves,
+        typical=lambda s: 0.03, most=lambda s: 0.4, shape=waves,
         shape_units={"wavelength": "m", "phase": "rad"}, physics=_ridged_track,
     ),
     Formulation(
@@ -235,7 +235,7 @@ FRICTION = (
         key="load_variation", version="A", strength="share", unit="1", signed=False,
         typical=lambda s: 0.03, most=lambda s: 0.4,
         shape=lambda s, random: {"phase": angle(random)}, shape_units={"phase": "rad"},
-        physics=_breathing,
+        physics=breathing,
         parameters=lambda share, shape: {
             "in_phase": share * float(np.cos(shape["phase"])),
             "quadrature": share * float(np.sin(shape["phase"])),

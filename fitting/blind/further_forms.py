@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from fitting.blind.filters import lag, resonance
-from fitting.blind.formulation import Formulation, RunFacts, Shape, Signals, angle, between
-from fitting.blind.measurement_effects import LONGEST
+from fitting.blind.formulation import Formulation, RunFacts, Shape, Signals, between, no_shape
+from fitting.blind.friction_effects import FRICTION, breathing, sine_track, with_early
+from fitting.blind.measurement_effects import MEASUREMENT
+from fitting.blind.mechanics_effects import MECHANICS
 from fitting.blind.physics import Elements, Physics
-from fitting.blind.scales import Scales
 
 STAGES = 4
 """RC stages of an amplifier, one after another."""
@@ -33,19 +35,12 @@ def _worn_end(p: Physics, slope: float, shape: Shape, run: RunFacts) -> Physics:
 
 def _uneven_track(p: Physics, share: float, shape: Shape, run: RunFacts) -> Physics:
     """A ripple that is no sine: with a second harmonic of two fifths."""
-    number = 2.0 * np.pi / shape["wavelength"]
-    return replace(
-        p, waviness=share, waviness_number=number, waviness_phase=shape["phase"], waviness_second=0.4
-    )
-
-
-def _waves(scales: Scales, random: np.random.Generator) -> Shape:
-    return {"wavelength": scales.stroke * between(random, 0.1, 0.6), "phase": angle(random)}
+    return replace(sine_track(p, share, shape, run), waviness_second=0.4)
 
 
 def _lifting_load(p: Physics, share: float, shape: Shape, run: RunFacts) -> Physics:
     """A load with a second harmonic of a third."""
-    return replace(p, load=share, load_phase=shape["phase"], load_second=0.35)
+    return replace(breathing(p, share, shape, run), load_second=0.35)
 
 
 def _ever_slower(p: Physics, rate: float, shape: Shape, run: RunFacts) -> Physics:
@@ -61,12 +56,7 @@ def _lorentzian(p: Physics, share: float, shape: Shape, run: RunFacts) -> Physic
 def _whole_spectrum(elements: Elements, share: float, shape: Shape) -> Elements:
     """Iwan: a share of the contact yields bit by bit all the way to the limit."""
     fractions = (0.15, 0.35, 0.6, 0.85)
-    taken = share * float(np.mean(fractions))
-    return Elements(
-        tuple(k * (1.0 - share) for k in elements.stiffness) + (share / len(fractions),) * len(fractions),
-        tuple(g * (1.0 - taken) for g in elements.limit)
-        + tuple(share / len(fractions) * fraction for fraction in fractions),
-    )
+    return with_early(elements, (share / len(fractions),) * len(fractions), fractions)
 
 
 def _geometric(p: Physics, k3: float, shape: Shape, run: RunFacts) -> Physics:
@@ -125,107 +115,55 @@ def _creeping_zero(signals: Signals, rate: float, shape: Shape, run: RunFacts) -
     signals.friction = signals.friction + rate * np.sqrt(np.maximum(signals.time, 0.0) * run.duration)
 
 
+_SECOND = {one.key: one for one in (*FRICTION, *MECHANICS, *MEASUREMENT) if one.version == "B"}
+
+
+def _third(key: str, **otherwise: Any) -> Formulation:
+    """The second form of an effect with something else in it: of the same strength where nothing is said."""
+    return replace(_SECOND[key], version="B2", **otherwise)
+
+
 FURTHER = (
-    Formulation(
-        key="frictional_memory", version="B2", strength="time", unit="s", signed=False,
-        typical=lambda s: 0.01 * s.period, most=lambda s: 0.2 * s.period,
+    _third(
+        "frictional_memory",
         shape=lambda s, random: {"speed": s.speed}, shape_units={"speed": "m/s"}, physics=_distance,
     ),
-    Formulation(
-        key="dwell_strengthening", version="B2", strength="growth", unit="1", signed=False,
-        typical=lambda s: 0.06, most=lambda s: 0.5,
+    _third(
+        "dwell_strengthening", typical=lambda s: 0.06, most=lambda s: 0.5,
         shape=lambda s, random: {
             "time": s.period * between(random, 0.1, 1.0),
             "distance": s.stroke * between(random, 0.01, 0.05),
         },
         shape_units={"time": "s", "distance": "m"}, physics=_saturating,
     ),
-    Formulation(
-        key="position_dependent_friction", version="B2", strength="gradient", unit="1/m",
-        typical=lambda s: 0.05 / s.reach, most=lambda s: 0.6 / s.reach,
+    _third(
+        "position_dependent_friction",
         shape=lambda s, random: {
             "length": s.reach * between(random, 0.3, 0.8),
             "middle": s.reach * float(random.uniform(-0.4, 0.4)),
         },
         shape_units={"length": "m", "middle": "m"}, physics=_worn_end,
     ),
-    Formulation(
-        key="periodic_track", version="B2", strength="share", unit="1", signed=False,
-        typical=lambda s: 0.03, most=lambda s: 0.4, shape=_waves,
-        shape_units={"wavelength": "m", "phase": "rad"}, physics=_uneven_track,
+    _third("periodic_track", physics=_uneven_track),
+    _third("load_variation", physics=_lifting_load),
+    _third("friction_drift", most=lambda s: 0.6 / s.duration, physics=_ever_slower),
+    _third("stribeck_shape", physics=_lorentzian),
+    _third("microslip", shape=no_shape, elements=_whole_spectrum),
+    _third(
+        "cubic_stiffness",
+        shape=lambda s, random: {"length": s.reach * between(random, 0.4, 0.8)}, physics=_geometric,
     ),
-    Formulation(
-        key="load_variation", version="B2", strength="share", unit="1", signed=False,
-        typical=lambda s: 0.03, most=lambda s: 0.4,
-        shape=lambda s, random: {"phase": angle(random)}, shape_units={"phase": "rad"},
-        physics=_lifting_load,
+    _third(
+        "end_stop",
+        shape=lambda s, random: {"gap": s.reach * float(random.uniform(0.3, 0.7))}, physics=_one_stop,
     ),
-    Formulation(
-        key="friction_drift", version="B2", strength="rate", unit="1/s",
-        typical=lambda s: 0.05 / s.duration, most=lambda s: 0.6 / s.duration, physics=_ever_slower,
-    ),
-    Formulation(
-        key="stribeck_shape", version="B2", strength="share", unit="1", signed=False,
-        typical=lambda s: 0.3, most=lambda s: 1.0, physics=_lorentzian,
-    ),
-    Formulation(
-        key="microslip", version="B2", strength="share", unit="1", signed=False,
-        typical=lambda s: 0.1, most=lambda s: 0.7, elements=_whole_spectrum,
-    ),
-    Formulation(
-        key="cubic_stiffness", version="B2", strength="coefficient", unit="N/m^3",
-        typical=lambda s: 0.03 * s.stiffness / s.reach**2, most=lambda s: 0.2 * s.stiffness / s.reach**2,
-        shape=lambda s, random: {"length": s.reach * between(random, 0.4, 0.8)},
-        shape_units={"length": "m"}, physics=_geometric,
-    ),
-    Formulation(
-        key="end_stop", version="B2", strength="stiffness", unit="N/m", signed=False,
-        typical=lambda s: 0.1 * s.stiffness, most=lambda s: 4.0 * s.stiffness,
-        shape=lambda s, random: {"gap": s.reach * float(random.uniform(0.3, 0.7))},
-        shape_units={"gap": "m"}, physics=_one_stop,
-    ),
-    Formulation(
-        key="quadratic_drag", version="B2", strength="coefficient", unit="N s^2/m^2", signed=False,
-        typical=lambda s: 0.3 * s.damping / s.haste, most=lambda s: 6.0 * s.damping / s.haste,
-        shape=lambda s, random: {"speed": s.haste}, shape_units={"speed": "m/s"}, physics=_cubic_drag,
-    ),
-    Formulation(
-        key="spring_relaxation", version="B2", strength="stiffness", unit="N/m", signed=False,
-        typical=lambda s: 0.03 * s.stiffness, most=lambda s: 0.5 * s.stiffness,
-        shape=lambda s, random: {"time": s.period * between(random, 0.2, 0.8)},
-        shape_units={"time": "s"}, physics=_two_branches,
-    ),
-    Formulation(
-        key="drive_backlash", version="B2", strength="gap", unit="m", signed=False,
-        typical=lambda s: 0.015 * s.base, most=lambda s: 0.3 * s.base, physics=_slack,
-    ),
-    Formulation(
-        key="force_lowpass", version="B2", strength="time", unit="s", signed=False,
-        typical=lambda s: 0.01 * s.period, most=lambda s: min(0.3 * s.period, LONGEST), chain=_four_stages,
-    ),
-    Formulation(
-        key="force_clipping", version="B2", strength="cut", unit="1", signed=False,
-        typical=lambda s: 0.5, most=lambda s: 1.0,
-        shape=lambda s, random: {"level": s.force * float(random.uniform(0.6, 0.95))},
-        shape_units={"level": "N"}, chain=_bent,
-    ),
-    Formulation(
-        key="mains_hum", version="B2", strength="force", unit="N", signed=False,
-        typical=lambda s: 0.01 * s.force, most=lambda s: 0.4 * s.force,
-        shape=lambda s, random: {
-            "frequency": float(random.choice([50.0, 60.0])), "phase": angle(random)
-        },
-        shape_units={"frequency": "Hz", "phase": "rad"}, chain=_rectified_hum,
-    ),
-    Formulation(
-        key="displacement_delay", version="B2", strength="time", unit="s", signed=False,
-        typical=lambda s: 0.005 * s.period, most=lambda s: min(0.1 * s.period, LONGEST),
-        chain=_filtered_displacement,
-    ),
-    Formulation(
-        key="force_drift", version="B2", strength="rate", unit="N/s",
-        typical=lambda s: 0.03 * s.force / s.duration, most=lambda s: 0.8 * s.force / s.duration,
-        chain=_creeping_zero,
-    ),
+    _third("quadratic_drag", physics=_cubic_drag),
+    _third("spring_relaxation", physics=_two_branches),
+    _third("drive_backlash", physics=_slack),
+    _third("force_lowpass", chain=_four_stages),
+    _third("force_clipping", chain=_bent),
+    _third("mains_hum", chain=_rectified_hum),
+    _third("displacement_delay", chain=_filtered_displacement),
+    _third("force_drift", chain=_creeping_zero),
 )  # fmt: skip
 """Eighteen of them."""
