@@ -73,6 +73,11 @@ def parameter(
     return eqx.field(metadata={_KEY: kind}, **field)
 
 
+def part_of_it(meaning: str) -> Any:
+    """The field of an effect that says in which part of it another form of it acts: none unless stated."""
+    return parameter("1", meaning, lower=0.0, upper=1.0, typical=0.5, default=0.0)
+
+
 def parameters(module: eqx.Module) -> Iterator[Place]:
     """Every parameter in a tree of modules and dictionaries of modules, outermost first."""
     for field in dataclasses.fields(module):

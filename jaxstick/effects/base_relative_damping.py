@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
-from jaxstick.parameter import parameter
+from jaxstick.parameter import parameter, part_of_it
 from jaxstick.parts.added_force import AbstractAddedForce
 from jaxstick.parts.motion import Motion, Scalar
 from jaxstick.parts.rig import AbstractRig
@@ -47,13 +47,8 @@ class BaseRelativeDamping(AbstractEffect):
     damping: Float[Array, ""] | float = parameter(
         "N s/m", "damping between mass and base beyond what is stated", null=0.0, typical=0.01, default=0.0
     )
-    braking: Float[Array, ""] | float = parameter(
-        "1",
-        "share of it that is not in the stated damping of the mass",
-        lower=0.0,
-        upper=1.0,
-        typical=0.5,
-        default=0.0,
+    braking: Float[Array, ""] | float = part_of_it(
+        "share of it that is not in the stated damping of the mass"
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:

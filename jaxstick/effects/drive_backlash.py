@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
-from jaxstick.parameter import parameter
+from jaxstick.parameter import parameter, part_of_it
 from jaxstick.parts.drive import Excitation
 from jaxstick.parts.guide import Surface
 from jaxstick.parts.motion import Motion, Scalar
@@ -51,14 +51,7 @@ class DriveBacklash(AbstractEffect):
     gap: Float[Array, ""] | float = parameter(
         "m", "play to either side of the middle", lower=0.0, null=0.0, typical=5e-3, default=0.0
     )
-    floating: Float[Array, ""] | float = parameter(
-        "1",
-        "share in which nothing holds the joint in its gap",
-        lower=0.0,
-        upper=1.0,
-        typical=0.5,
-        default=0.0,
-    )
+    floating: Float[Array, ""] | float = part_of_it("share in which nothing holds the joint in its gap")
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
         return dataclasses.replace(oscillator, rig=_Loose(oscillator.rig, self.gap, self.floating))

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
-from jaxstick.parameter import parameter
+from jaxstick.parameter import parameter, part_of_it
 from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction
 from jaxstick.parts.motion import Scalar
 
@@ -69,13 +69,8 @@ class DwellStrengthening(AbstractEffect):
         typical=0.2,
         default=0.0,
     )
-    slipping: Float[Array, ""] | float = parameter(
-        "1",
-        "share of the time of slip in which the contact ages, too",
-        lower=0.0,
-        upper=1.0,
-        typical=0.5,
-        default=0.0,
+    slipping: Float[Array, ""] | float = part_of_it(
+        "share of the time of slip in which the contact ages, too"
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:

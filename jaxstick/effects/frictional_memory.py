@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
-from jaxstick.parameter import parameter
+from jaxstick.parameter import parameter, part_of_it
 from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction
 from jaxstick.parts.lag import Lag, followed, lagged, settled
 from jaxstick.parts.motion import Scalar
@@ -65,13 +65,8 @@ class FrictionalMemory(AbstractEffect):
         typical=0.1,
         default=0.1,
     )
-    unsigned: Float[Array, ""] | float = parameter(
-        "1",
-        "share in which the size of the velocity lags, not the velocity itself, which passes through zero",
-        lower=0.0,
-        upper=1.0,
-        typical=0.5,
-        default=0.0,
+    unsigned: Float[Array, ""] | float = part_of_it(
+        "share in which the size of the velocity lags, not the velocity itself, which passes through zero"
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
