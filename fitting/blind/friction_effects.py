@@ -72,7 +72,7 @@ def _worn_track(p: Physics, slope: float, shape: Shape, run: RunFacts) -> Physic
     return replace(p, track=slope, track_length=shape["length"])
 
 
-def waves(scales: Scales, random: np.random.Generator) -> Shape:
+def _waves(scales: Scales, random: np.random.Generator) -> Shape:
     return {"wavelength": scales.stroke * between(random, 0.1, 0.6), "phase": angle(random)}
 
 
@@ -198,7 +198,7 @@ FRICTION = (
     ),
     Formulation(
         key="periodic_track", version="A", strength="share", unit="1", signed=False,
-        typical=lambda s: 0.03, most=lambda s: 0.4, shape=waves,
+        typical=lambda s: 0.03, most=lambda s: 0.4, shape=_waves,
         shape_units={"wavelength": "m"}, physics=sine_track,
         parameters=lambda share, shape: {
             "cosine": share * float(np.sin(shape["phase"])),
@@ -208,7 +208,7 @@ FRICTION = (
     ),
     Formulation(
         key="periodic_track", version="B", strength="share", unit="1", signed=False,
-        typical=lambda s: 0.03, most=lambda s: 0.4, shape=waves,
+        typical=lambda s: 0.03, most=lambda s: 0.4, shape=_waves,
         shape_units={"wavelength": "m", "phase": "rad"}, physics=_ridged_track,
     ),
     Formulation(

@@ -16,6 +16,7 @@ from fitting.blind.mechanics_effects import MECHANICS
 from fitting.blind.menu import FAMILIES, LISTED, STRANGE, formulation, other_versions
 from fitting.blind.physics import Elements, Physics
 from fitting.blind.recipe import Chosen, Recipe, recipe_from
+from fitting.blind.scales import Scales
 from fitting.blind.truth import noise_free
 from fitting.blind.unlisted_effects import UNLISTED
 from jaxstick.catalogue import catalogue
@@ -67,14 +68,24 @@ def test_it_follows_the_event_driven_reference(ratio, viscous, against):
     assert np.sqrt(np.mean((out[:, 2] - reference.F[1:]) ** 2)) < 1e-4 * rig.static_friction
 
 
-def channels(recipe: Recipe, effect: Formulation, strength: float, shape) -> np.ndarray:
-    """The channels of both runs after one another, each in units of its own size."""
-    chosen = Chosen(key=effect.key, version=effect.version, strength=strength, shape=shape)
-    rows = []
-    for index in range(len(recipe.runs)):
-        seen = noise_free(replace(recipe, effects=(chosen,)), index)
-        rows.append(np.stack([seen.displacement, seen.friction, seen.base]))
-    return np.concatenate(rows, axis=1)
+def change(rig: tuple[Recipe, Scales], effect: Formulation, share: float) -> np.ndarray:
+    """What a share of the most that there may be of an effect changes in the channels of both runs, one after
+    another, each in units of its own size."""
+    recipe, scales = rig
+    chosen = Chosen(
+        key=effect.key,
+        version=effect.version,
+        strength=share * effect.most(scales),
+        shape=effect.shape(scales, np.random.default_rng(5)),
+    )
+    size = np.array([scales.stroke, scales.force, scales.base])[:, None]
+    return (channels(replace(recipe, effects=(chosen,))) - channels(recipe)) / size
+
+
+def channels(recipe: Recipe) -> np.ndarray:
+    """The channels of both runs, one after another."""
+    seen = (noise_free(recipe, index) for index in range(len(recipe.runs)))
+    return np.concatenate([np.stack([one.displacement, one.friction, one.base]) for one in seen], axis=1)
 
 
 @pytest.fixture(scope="module")
@@ -84,19 +95,7 @@ def rig():
 
 @pytest.mark.parametrize("effect", EVERY, ids=lambda effect: f"{effect.key}-{effect.version}")
 def test_an_effect_acts_and_fades_with_its_strength(rig, effect):
-    recipe, scales = rig
-    random = np.random.default_rng(5)
-    shape = effect.shape(scales, random)
-    without = np.concatenate(
-        [
-            np.stack([one.displacement, one.friction, one.base])
-            for one in (noise_free(recipe, index) for index in range(len(recipe.runs)))
-        ],
-        axis=1,
-    )
-    size = np.array([scales.stroke, scales.force, scales.base])[:, None]
-    strong = np.abs(channels(recipe, effect, effect.most(scales), shape) - without) / size
-    faint = np.abs(channels(recipe, effect, 1e-6 * effect.most(scales), shape) - without) / size
+    strong, faint = (np.abs(change(rig, effect, share)) for share in (1.0, 1e-6))
     assert np.isfinite(strong).all()
     acts = strong.max(axis=1) > 1e-6
     assert acts.any()
@@ -124,27 +123,10 @@ def test_every_listed_effect_has_both_forms():
 @pytest.mark.parametrize("effect", FURTHER, ids=lambda effect: effect.key)
 def test_a_third_form_is_neither_of_the_others(rig, effect):
     """Nor a multiple of them: what it does goes otherwise through the records."""
-    recipe, scales = rig
-    without = np.concatenate([_seen(recipe, index) for index in range(len(recipe.runs))])
-
-    def change(version: str) -> np.ndarray:
-        one = formulation(effect.key, version)
-        shape = one.shape(scales, np.random.default_rng(5))
-        acting = replace(
-            recipe,
-            effects=(Chosen(key=one.key, version=version, strength=0.3 * one.most(scales), shape=shape),),
-        )
-        return np.concatenate([_seen(acting, index) for index in range(len(recipe.runs))]) - without
-
-    third = change("B2")
-    for other in (change("A"), change("B")):
+    third, *others = (change(rig, formulation(effect.key, v), 0.3).ravel() for v in ("B2", "A", "B"))
+    for other in others:
         alike = abs(third @ other) / np.sqrt((third @ third) * (other @ other))
         assert alike < 1 - 1e-6
-
-
-def _seen(recipe: Recipe, index: int) -> np.ndarray:
-    one = noise_free(recipe, index)
-    return np.concatenate([one.displacement / np.ptp(one.displacement), one.friction / np.ptp(one.friction)])
 
 
 @pytest.mark.parametrize("key", LISTED)
