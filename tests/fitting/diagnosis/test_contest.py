@@ -33,7 +33,7 @@ DRY = 0.2
 ASTRAY = {"A": 0.02, "B": 20.0, "C": 2.0, "D": 40.0, "k1": 5e3}
 """Constants of a friction that is nearly all viscous, on a soft contact."""
 FAR_TOO_FAR = 60.0
-LONG_LAG = 0.08
+LONG_LAG = 0.05
 PLAY, UNSIGNED, LAGS = "force_hysteresis", "force_inertia", "frictional_memory"
 
 
