@@ -20,8 +20,10 @@ try:
 except ImportError:
     resource = None
 
-MOST_MEMORY = 3_000_000_000
-"""Bytes beyond which a process is replaced by a fresh one after its case: compiled programs pile up."""
+MOST_MEMORY, ENOUGH_MEMORY, OURS = 3e9, 8e9, 0.5
+"""A process that has had more memory than this [bytes] is replaced by a fresh one after its case, for compiled
+programs pile up; by as much more as there is, up to the second, where all of them together may take this
+share of what the machine has."""
 
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
@@ -43,12 +45,12 @@ def on_cores(folders: Mapping[str, Path], seed: int, workers: int, act: Act) -> 
     `act` is called with the case's folder and the seed in a process of its own kind (spawned); it has to be a
     function that can be imported. A process that dies is a failure of its case alone.
     """
-    waiting = iter(folders.items())
+    waiting, memory = iter(folders.items()), most_memory(_installed(), workers)
     crew: list[_Worker] = []
     with _one_thread_each():
         try:
             for name, folder in waiting:
-                crew.append(_Worker.hired(act))
+                crew.append(_Worker.hired(act, memory))
                 crew[-1].begin(name, folder, seed)
                 if len(crew) >= workers:
                     break
@@ -61,7 +63,7 @@ def on_cores(folders: Mapping[str, Path], seed: int, workers: int, act: Act) -> 
                     if following is not None:
                         if report.spent:
                             worker.dismiss()
-                            worker = _Worker.hired(act)
+                            worker = _Worker.hired(act, memory)
                         worker.begin(*following, seed)
                         crew.append(worker)
                     else:
@@ -85,10 +87,10 @@ class _Worker:
         self.case = ""
 
     @classmethod
-    def hired(cls, act: Act) -> _Worker:
+    def hired(cls, act: Act, memory: float) -> _Worker:
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
-        process = context.Process(target=_serve, args=(theirs, act), daemon=True)
+        process = context.Process(target=_serve, args=(theirs, act, memory), daemon=True)
         process.start()
         theirs.close()
         return cls(process, ours)
@@ -128,15 +130,30 @@ def _death(code: int) -> str:
     return f"The process that diagnosed it ended {how}."
 
 
-def _serve(line: Connection, act: Act) -> None:
-    """The life of a process: cases come in, outcomes go out, until the line is closed."""
+def _serve(line: Connection, act: Act, memory: float) -> None:
+    """The life of a process: cases come in, outcomes go out, with whether it has had more than so much memory,
+    until the line is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     while True:
         try:
             outcome = act(*line.recv())
-            line.send((outcome, _memory() > MOST_MEMORY))
+            line.send((outcome, _memory() > memory))
         except (EOFError, OSError):
             return
+
+
+def most_memory(installed: float, workers: int) -> float:
+    """How much memory [bytes] each of so many processes may have had before it is replaced, where so much is
+    installed (0: not known)."""
+    return min(max(OURS * installed / workers, MOST_MEMORY), ENOUGH_MEMORY)
+
+
+def _installed() -> int:
+    """The memory of this machine [bytes]; 0 where that is not known."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        return 0
 
 
 def _memory() -> int:
