@@ -21,9 +21,9 @@ except ImportError:
     resource = None
 
 MOST_MEMORY, ENOUGH_MEMORY, OURS = 3e9, 8e9, 0.5
-"""A process that has had more memory than this [bytes] is replaced by a fresh one after its case, for compiled
-programs pile up; by as much more as there is, up to the second, where all of them together may take this
-share of what the machine has."""
+"""A process that has had more than so much memory [bytes] is replaced by a fresh one after its case: compiled
+programs pile up. It may have more, up to the second, where all together take no larger share of what there
+is than this."""
 
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
@@ -131,7 +131,7 @@ def _death(code: int) -> str:
 
 
 def _serve(line: Connection, act: Act, memory: float) -> None:
-    """The life of a process: cases come in, outcomes go out, with whether it has had more than so much memory,
+    """The life of a process: cases come in, outcomes go out, and whether it has had more than so much memory,
     until the line is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     while True:

@@ -125,3 +125,8 @@ def calls(folder: Path) -> list[str]:
     """The cases that the stand-in was asked for."""
     path = folder.parent / CALLS
     return [line.split()[0] for line in path.read_text().splitlines()] if path.exists() else []
+
+
+def named_by_process(folder: Path, seed: int) -> Outcome:
+    """Stands for a diagnosis that says which process made it."""
+    return Outcome(str(os.getpid()), None)

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from fitting.blind.seal import MANIFEST, checksums, new_key, read_manifest
-from fitting.blind_run import case_work, running
+from fitting.blind_run import case_work, processes, running
 from fitting.blind_run.case_work import diagnose_folder, diagnose_sent
 from fitting.blind_run.results import DIAGNOSIS, FAILURE, HEAD, Results, data_checksum, default_results
 from fitting.blind_run.running import Ran, run_cases
@@ -155,6 +155,20 @@ def test_a_run_that_is_killed_goes_on(cases, act):
     found = ran(cases)
     assert found.before + found.new == 4 and found.before >= 1 and not found.failed
     assert stub.calls(cases).count("case-0001") == 1
+
+
+@pytest.mark.parametrize(("limit", "fresh"), [(0.0, 3), (1e15, 1)])
+def test_a_process_that_has_had_too_much_memory_is_replaced(tmp_path, monkeypatch, limit, fresh):
+    monkeypatch.setattr(processes, "most_memory", lambda installed, workers: limit)
+    folders = {f"case-{number}": tmp_path for number in range(3)}
+    outcomes = dict(processes.on_cores(folders, 0, 1, stub.named_by_process))
+    assert len({outcome.diagnosis for outcome in outcomes.values()}) == fresh
+
+
+def test_a_process_may_have_more_memory_where_there_is_more():
+    assert processes.most_memory(0, 2) == processes.most_memory(8e9, 2) == 3e9
+    assert processes.most_memory(20e9, 2) == 5e9
+    assert processes.most_memory(500e9, 2) == 8e9
 
 
 def test_some_cases_only(cases, act):
