@@ -25,6 +25,9 @@ from jaxstick.sources import digest
 _TRACING = threading.Lock()
 """Tracing is Python, one thread's work at a time; another's program compiles beside it."""
 
+Program = Callable[..., Any]
+"""A compiled program, called with arrays."""
+
 NAME = "traced-{}-cache"
 """What a kept program's file is called; files that end like this are thrown away when they are the oldest."""
 
@@ -40,10 +43,15 @@ class Traced:
     def __init__(self, function: Callable[..., Any], options: Mapping[str, Any]) -> None:
         functools.update_wrapper(self, function)
         self._function, self._options = function, dict(options)
-        self._programs: dict[Hashable, Callable[..., Any]] = {}
+        self._programs: dict[Hashable, Program] = {}
         self._locks: dict[Hashable, threading.Lock] = {}
 
     def __call__(self, *args: Any) -> Any:
+        return self.program(*args)(*(np.asarray(leaf) for leaf in jax.tree.leaves(args)))
+
+    def program(self, *args: Any) -> Program:
+        """The program for arguments of the structure and shapes of these, called with their arrays, leaf by
+        leaf: for a caller who has them at hand, and calls it often."""
         leaves, structure = jax.tree.flatten(args)
         leaves = [np.asarray(leaf) for leaf in leaves]
         shapes = tuple((leaf.shape, leaf.dtype.str) for leaf in leaves)
@@ -51,10 +59,10 @@ class Traced:
         if key not in self._programs:
             with self._locks.setdefault(key, threading.Lock()):
                 if key not in self._programs:
-                    self._programs[key] = self._program(leaves, structure, shapes)
-        return self._programs[key](*leaves)
+                    self._programs[key] = self._traced(leaves, structure, shapes)
+        return self._programs[key]
 
-    def _program(self, leaves: list[np.ndarray], structure: Any, shapes: Hashable) -> Callable[..., Any]:
+    def _traced(self, leaves: list[np.ndarray], structure: Any, shapes: Hashable) -> Program:
         def flat(*leaves: Any) -> Any:
             return self._function(*jax.tree.unflatten(structure, leaves))
 
@@ -64,9 +72,9 @@ class Traced:
             if folder is None:
                 program = flat
             else:
-                written = (
-                    f"{jax.__version__} {jax.default_backend()} {self._code(structure)} {structure} {shapes}"
-                )
+                doubles = jax.config.read("jax_enable_x64")
+                where = f"{jax.__version__} {jax.default_backend()} {doubles}"
+                written = f"{where} {self._code(structure)} {structure} {shapes}"
                 file = Path(folder) / NAME.format(hashlib.sha256(written.encode()).hexdigest())
                 program = _kept(file, flat, shaped).call
             lowered = jax.jit(program).lower(*shaped)

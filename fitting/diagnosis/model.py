@@ -16,7 +16,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.diagnosis.programs import COLUMNS, Pack, columns, prediction
+from fitting.diagnosis.columns import Columns
+from fitting.diagnosis.programs import COLUMNS, columns, prediction
+from fitting.diagnosis.roomy import Roomy
 from fitting.diagnosis.wander import OWN
 from fitting.lanes import Lanes
 from fitting.problem import Problem, natural_size
@@ -31,10 +33,6 @@ GROUP = 8
 PACK = 16
 """So many lanes go through a program together: with more, small data sets fill packs with lanes that do not
 count; with fewer, all take longer."""
-ROOMS = (264, 1032)
-"""Programs are compiled for lanes of so many samples, of which they compute as many as there are. No powers
-of two: all lanes and directions write the same sample at a time, which should not all fall on one line of a
-cache."""
 KEPT = 16
 """So many benches' lanes are kept as programs take them."""
 FAR, STRENGTH_FREEDOM = 40.0, 10.0
@@ -68,16 +66,6 @@ class Shelf:
 
     def names(self, key: str) -> tuple[str, ...]:
         return (*self.strengths[key], *self.shapes[key])
-
-
-class Columns(NamedTuple):
-    """Residuals of lanes (lanes, rows) in standard deviations, their derivatives (lanes, rows, columns + 5)
-    with respect to chosen unknowns and what each lane has of its own, and displacement, velocity and friction
-    force as they are, not as read, (lanes, samples, 3)."""
-
-    residual: np.ndarray
-    jacobian: np.ndarray
-    states: np.ndarray
 
 
 class Job(NamedTuple):
@@ -148,7 +136,7 @@ class Model:
         self._effects = jax.tree.map(np.asarray, effects)
         self._held = jax.tree.map(np.asarray, held)
         self._known: dict[tuple[str, ...], tuple[Hypothesis, Chart, np.ndarray]] = {}
-        self._roomy: collections.OrderedDict[int, tuple[Lanes, Lanes]] = collections.OrderedDict()
+        self._roomy: collections.OrderedDict[int, Roomy] = collections.OrderedDict()
         self._using = threading.Lock()
 
     def groups(self) -> list[tuple[str, ...]]:
@@ -242,7 +230,7 @@ class Model:
 
         found = self._in_packs(columns, jobs, rows)
         return [
-            whitened(Columns(*parts), job.whitener, job.chosen)
+            Columns(*parts).whitened(job.whitener, _used(job.chosen))
             for job, parts in zip(jobs, found, strict=True)
         ]
 
@@ -312,18 +300,17 @@ class Model:
             hypothesis, chart, own = attached[job.keys]
             place = np.full(len(self.members) + 2, -1)
             place[own] = np.arange(len(own))
-            count, pace, roomy = len(job.own), job.lanes.pace(), self._with_room(job.lanes)
+            count, roomy = len(job.own), self._with_room(job.lanes)
             index = np.minimum(np.arange(first, first + PACK), count - 1)
-            pack = Pack(
-                dataclasses.replace(roomy.take(index % len(roomy)), start_deviation=job.deviation[index]),
-                pace,
-                job.coordinates[np.ix_(index, own)],
-                job.own[index],
+            points = (
+                np.asarray(job.coordinates)[np.ix_(index, own)],
+                np.asarray(job.own)[index],
                 place[job.chosen[index]],
             )
             with jax.enable_x64(True):
-                out = program(hypothesis, chart, pack)
-            kept = zip(out, rows(int(pace.reach), roomy.displacement.shape[1]), strict=True)
+                call, constant = roomy.program(program, job.keys, hypothesis, chart, points)
+                out = call(*constant, *roomy.taken(index, job.deviation[index]), *roomy.pace, *points)
+            kept = zip(out, rows(roomy.reach, roomy.room), strict=True)
             return tuple([np.asarray(leaf)[: count - first, part] for part in parts] for leaf, parts in kept)
 
         packs = self.side_by_side(run, tasks)
@@ -332,17 +319,19 @@ class Model:
             found[number].append(pack)
         return [[_whole(parts) for parts in zip(*own, strict=True)] for own in found]
 
-    def _with_room(self, lanes: Lanes) -> Lanes:
+    def _with_room(self, lanes: Lanes) -> Roomy:
         """The lanes as programs take them; those of the last few benches are kept."""
         with self._using:
-            known = self._roomy.pop(id(lanes), None)
-            if known is None:
-                reach = lanes.displacement.shape[1]
-                known = lanes, lanes.filled(next(room for room in ROOMS if room >= reach))
+            known = self._roomy.pop(id(lanes), None) or Roomy(lanes)
             self._roomy[id(lanes)] = known
             while len(self._roomy) > KEPT:
                 self._roomy.popitem(last=False)
-        return known[1]
+        return known
+
+
+def _used(chosen: np.ndarray) -> np.ndarray:
+    """Which derivatives are asked for: by the chosen unknowns, and by what each lane has of its own."""
+    return np.concatenate([np.flatnonzero((chosen >= 0).any(0)), COLUMNS + np.arange(OWN)])
 
 
 def _whole(packs: Sequence[Sequence[np.ndarray]]) -> np.ndarray:
@@ -353,29 +342,6 @@ def _whole(packs: Sequence[Sequence[np.ndarray]]) -> np.ndarray:
         np.concatenate(parts, axis=1, out=whole[first : first + len(parts[0])])
         first += len(parts[0])
     return whole
-
-
-def whitened(columns: Columns, whitener: np.ndarray | None, chosen: np.ndarray | None = None) -> Columns:
-    """The columns with their residuals of displacement and friction mixed as the whitener says, in which no
-    friction is made of a displacement. `chosen` (`Job.chosen`) says which derivatives there are; without it
-    all count."""
-    if whitener is None:
-        return columns
-    lanes, rows = whitener.shape[:2]
-    half, residual, jacobian = rows // 2, columns.residual.copy(), columns.jacobian.copy()
-    used = np.arange(jacobian.shape[2])
-    if chosen is not None:
-        used = np.concatenate([np.flatnonzero((chosen >= 0).any(0)), used[COLUMNS:]])
-    plain = np.concatenate([jacobian[:, :rows, used], residual[:, :rows, None]], axis=2)
-    plain = plain.reshape(-1, lanes, rows, plain.shape[2]).transpose(1, 2, 0, 3)
-    times, each = plain.shape[2:]
-    beside = np.ascontiguousarray(plain).reshape(lanes, rows, -1)
-    mixed = np.empty_like(beside)
-    np.matmul(whitener[:, :half], beside, out=mixed[:, :half])
-    np.matmul(whitener[:, half:, half:], beside[:, half:], out=mixed[:, half:])
-    mixed = mixed.reshape(lanes, rows, times, each).transpose(2, 0, 1, 3).reshape(-1, rows, each)
-    jacobian[:, :rows, used], residual[:, :rows] = mixed[:, :, :-1], mixed[:, :, -1]
-    return columns._replace(residual=residual, jacobian=jacobian)
 
 
 def _rig_unknowns(problem: Problem) -> list[Unknown]:

@@ -10,8 +10,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.columns import Columns
 from fitting.diagnosis.layout import Layout, Prior
-from fitting.diagnosis.model import Columns, Job, Model
+from fitting.diagnosis.model import Job, Model
 from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.steadiness import Levels
 from fitting.diagnosis.wander import OWN, START, allowed, likeliest
@@ -22,7 +23,12 @@ ENOUGH, ENOUGH_OF_SCATTER = 2e-4, 1e-3
 """A search is over when a step has gained, or promises to gain, less than this share of the cost. Where
 residuals are weighed by what does not repeat itself, a lane is worth few independent pieces of evidence, and
 five times as much tells nothing."""
-STUCK = 1e7
+DAMPED, LEAST_DAMPED, STUCK = 1e-3, 1e-4, 1e7
+"""The damping that a search begins with, what it does not fall below, for steps are those of Gauss and Newton
+there anyway, and where it is given up."""
+EASED, GROWS, FASTER = 0.1, 10.0, 3.0
+"""By what factor a step that is taken changes the damping, and one that is refused, which changes it by so
+many times as much again for every other that has been refused since one was taken."""
 PATIENCE = 8.0
 LEAST_TURNS = 4
 LEVELLED = ("A", "C", "D")
@@ -219,7 +225,7 @@ def _evaluate(
     for numbers, columns in zip(together.values(), model.columns(jobs), strict=True):
         for place, number in enumerate(numbers):
             own = slice(place * count, (place + 1) * count)
-            searches[number].see(points[number], Columns(*(each[own] for each in columns)), first)
+            searches[number].see(points[number], columns.part(own), first)
 
 
 class _Search:
@@ -231,8 +237,8 @@ class _Search:
         self.centres = self.wander and np.isin(model.index(*LEVELLED), free).all()
         self.chosen = chosen_columns(free, model.level, len(bench.lanes))
         self.dof = bench.dof()
-        self.damping, self.cost, self.over, self.taken = 1e-3, np.inf, False, 0
-        self.gain = np.inf
+        self.damping, self.growth = DAMPED, GROWS
+        self.cost, self.gain, self.over, self.taken = np.inf, np.inf, False, 0
         self.enough = ENOUGH_OF_SCATTER if bench.scatters else ENOUGH
         self.layout = Layout.of(model, bench, free)
         self.lower, self.upper = self.layout.bounds(model)
@@ -243,7 +249,8 @@ class _Search:
         loss = Robust.around(cost, self.dof) if first else self.loss
         total = loss.total(cost) + self._prior(point).cost
         if not first and not total < self.cost:
-            self.damping *= 10
+            self.damping *= self.growth
+            self.growth *= FASTER
             self.over = self.damping > STUCK
             return
         self.gain = gain = self.cost - total
@@ -254,7 +261,7 @@ class _Search:
         self.loss = Robust.around(cost, self.dof)
         self.cost = self.loss.total(cost) + self._prior(point).cost
         if not first:
-            self.damping = max(0.1 * self.damping, 1e-8)
+            self.damping, self.growth = max(EASED * self.damping, LEAST_DAMPED), GROWS
             self.taken += 1
             self.over = gain < self.enough * total and not moved
 

@@ -14,8 +14,9 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.columns import Columns
 from fitting.diagnosis.linked import whitener
-from fitting.diagnosis.model import Columns, Model, whitened
+from fitting.diagnosis.model import Model
 from fitting.diagnosis.phases import phases_of
 from fitting.diagnosis.refit import Refit, job, misfit_of
 from fitting.diagnosis.repeatability import FEWEST, differences, successive, wander_of
@@ -66,7 +67,7 @@ class Scatter:
         matrices = raw._freeing(model, bench, point, raw._deviation(bench, phases, raw.variances))
         if matrices is None:
             return raw
-        left = _unrepeated(bench, whitened(columns, matrices), phases)
+        left = _unrepeated(bench, columns.whitened(matrices), phases)
         whole, before = (max(pair[0] for pair in each.values()) for each in (left, raw.variances))
         return dataclasses.replace(raw, left=left) if whole < LINKED * before else raw
 

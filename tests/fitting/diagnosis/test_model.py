@@ -30,12 +30,13 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> queue.Queue[Any]:
     """What programs are asked for: effects, structure and shapes of their arguments; none is compiled."""
     found: queue.Queue[Any] = queue.Queue()
 
-    def program(*args: Any) -> None:
-        leaves, structure = jax.tree.flatten(args)
-        found.put((tuple(args[0].effects), structure, [np.shape(leaf) for leaf in leaves]))
-        raise ArithmeticError
+    class Asked:
+        def program(self, *args: Any) -> None:
+            leaves, structure = jax.tree.flatten(args)
+            found.put((tuple(args[0].effects), structure, [np.shape(leaf) for leaf in leaves]))
+            raise ArithmeticError
 
-    monkeypatch.setattr(module, "columns", program)
+    monkeypatch.setattr(module, "columns", Asked())
     return found
 
 

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import ENOUGH, ENOUGH_OF_SCATTER, Refit, refit
+from fitting.diagnosis.refit import (
+    ENOUGH,
+    ENOUGH_OF_SCATTER,
+    LEAST_DAMPED,
+    Refit,
+    _Search,
+    job,
+    refit,
+)
 from jaxstick.parts.drive import SineDrive
 from tests.fitting.diagnosis.grounded import from_the_truth, laid_out
 from tests.fitting.reference_data import TRUTH, dataset, noisy, own_run
@@ -64,3 +73,23 @@ def test_a_step_that_promises_something_is(fitted, monkeypatch, share, plain, we
         found, count = looked_at(model, each, point, fit.free, monkeypatch)
         assert (count > 1) == taken
         assert found.misfit < fit.misfit * (1 + enough)
+
+
+def test_refused_steps_are_soon_shortened_and_taken_ones_never_left_undamped(fitted):
+    """The damping over a few steps that are refused, and over many that are taken."""
+    model, bench, fit = fitted
+    (seen,) = model.columns([job(model, bench, fit.point)])
+
+    def dampings(costs: Sequence[float]) -> list[float]:
+        search = _Search(model, bench, fit.point, fit.free, False)
+        found = []
+        for number, cost in enumerate(costs):
+            columns = dataclasses.replace(seen, residual=cost * seen.residual)
+            search.see(fit.point, columns, first=number == 0)
+            found.append(search.damping)
+        return found[1:]
+
+    refused = dampings([1.0, 1.1, 1.1, 1.1, 0.9, 1.0])
+    assert refused == pytest.approx([1e-2, 3e-1, 27.0, 2.7, 27.0])
+    taken = dampings(np.geomspace(1.0, 0.1, 8).tolist())
+    assert taken[0] == pytest.approx(LEAST_DAMPED) and min(taken) == LEAST_DAMPED

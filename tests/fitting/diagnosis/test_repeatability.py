@@ -13,8 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.columns import Columns
 from fitting.diagnosis.laying import cut_in_step
-from fitting.diagnosis.model import Columns
 from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.repeatability import UNEVEN, floor_of, successive, unrepeated
 from fitting.diagnosis.steadiness import Levels
