@@ -244,4 +244,6 @@ def account(
     steady = 0.0 if before is None else max(steadier(before, fit.levels, bench.run), 0.0)
     least = 1.0 if bench.scatters and len(keys) > 1 else 0.0
     of_friction = tuple(key for key in keys if model.shelf.effects[key].card.family == "friction")
-    return Account(keys, max(misfit, least), parameters, of_one_run, len(runs), steady, of_friction)
+    given = model.index(*(name for key in keys for name in model.shelf.shapes[key]))
+    shapes = tuple((fit.told[np.isin(fit.free, given)] / bench.dof().sum()).tolist())
+    return Account(keys, max(misfit, least), parameters, of_one_run, len(runs), steady, of_friction, shapes)

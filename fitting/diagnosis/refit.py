@@ -43,7 +43,8 @@ class Refit:
     the misfit, and each lane's weight. `free` are the unknowns that were fitted.
 
     misfit: chi-square per degree of freedom with outliers weighed down, times what the freedom of friction to
-    wander costs in likelihood, exp(sum log(1 + width^2 information)/N). `levels` are those of friction.
+    wander costs in likelihood, exp(sum log(1 + width^2 information)/N). `levels` are those of friction. told:
+    how many times as much as its prior the records say of each free unknown, beside all others.
     """
 
     point: Point
@@ -53,6 +54,7 @@ class Refit:
     weights: np.ndarray
     iterations: int
     levels: Levels
+    told: np.ndarray
 
     def price(self, bench: Bench) -> float:
         """By what factor the misfit is larger for the freedom of friction to wander."""
@@ -294,16 +296,7 @@ class _Search:
     def step(self) -> Point:
         """Where the next damped step leads; what lanes have of their own is eliminated lane by lane. The
         search is over where the step promises next to nothing."""
-        own = self.curvature[:, COLUMNS:, COLUMNS:]
-        own = own * (1 + self.damping * np.eye(OWN))
-        used = 1 + len(self.free)
-        coupling = self.curvature[:, COLUMNS:, :used]
-        solved = np.linalg.solve(own, np.concatenate([self.gradient[:, COLUMNS:, None], coupling], axis=2))
-        gradient = self.gradient[:, :used] - np.einsum("lsc,ls->lc", coupling, solved[:, :, 0])
-        curvature = self.curvature[:, :used, :used] - np.einsum("lsc,lsd->lcd", coupling, solved[:, :, 1:])
-        weights = self.loss.weights(self.lane_cost)
-        run = self.bench.run
-        g, h = self.layout.summed(run, gradient * weights[:, None], curvature * weights[:, None, None])
+        g, h, solved = self._without_own(self.damping)
         _, prior_gradient, prior = self._prior(self.point)
         at = self.layout.values(self.point)
         step, _ = bounded_step(
@@ -317,14 +310,40 @@ class _Search:
         )
         reached = np.clip(at + step, self.lower, self.upper)
         step = reached - at
-        mine = step[self.layout.index[run]]
+        mine = step[self.layout.index[self.bench.run]]
         answer = -solved[:, :, 0] - np.einsum("lsc,lc->ls", solved[:, :, 1:], mine)
-        promised = weights @ self._fall(np.concatenate([mine, answer], axis=1))
+        promised = self.loss.weights(self.lane_cost) @ self._fall(np.concatenate([mine, answer], axis=1))
         promised -= step @ (2 * prior_gradient + prior @ step)
         self.over = bool(promised < self.enough * self.cost)
         own = self.point.own + answer
         point = dataclasses.replace(self.layout.moved(self.model, self.point, reached), own=own)
         return centred(self.model, self.bench, point) if self.centres else point
+
+    def _without_own(self, damping: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Gradient and curvature of the unknowns, what lanes have of their own eliminated lane by lane, and
+        how that answers to the gradient of a lane and to its unknowns (lanes, own, 1 + unknowns)."""
+        own = self.curvature[:, COLUMNS:, COLUMNS:]
+        own = own * (1 + damping * np.eye(OWN))
+        used = 1 + len(self.free)
+        coupling = self.curvature[:, COLUMNS:, :used]
+        solved = np.linalg.solve(own, np.concatenate([self.gradient[:, COLUMNS:, None], coupling], axis=2))
+        gradient = self.gradient[:, :used] - np.einsum("lsc,ls->lc", coupling, solved[:, :, 0])
+        curvature = self.curvature[:, :used, :used] - np.einsum("lsc,lsd->lcd", coupling, solved[:, :, 1:])
+        weights = self.loss.weights(self.lane_cost)
+        g, h = self.layout.summed(
+            self.bench.run, gradient * weights[:, None], curvature * weights[:, None, None]
+        )
+        return g, h, solved
+
+    def _told(self) -> np.ndarray:
+        """How many times as much as its prior the records say of each free unknown; infinite without one."""
+        _, h, _ = self._without_own(0.0)
+        prior = self._prior(self.point).curvature
+        whole = h + prior
+        variance = np.diag(np.linalg.pinv(whole, hermitian=True))[self.layout.of_free]
+        assumed = np.diag(prior)[self.layout.of_free]
+        with np.errstate(divide="ignore"):
+            return np.maximum(1.0 / (assumed * np.maximum(variance, 1e-300)) - 1.0, 0.0)
 
     def _fall(self, change: np.ndarray) -> np.ndarray:
         """By how much the linearised cost of every lane falls for a change of its unknowns, its own last."""
@@ -341,4 +360,5 @@ class _Search:
             self.loss.weights(self.lane_cost),
             self.taken,
             self.levels,
+            self._told(),
         )

@@ -369,6 +369,19 @@ def test_what_one_run_has_of_its_own_costs_less_than_what_all_share(shared, runs
     assert price(shared, 0.0) <= price(shared, 0.5) <= price(shared, 1.0) < price(shared + 1, 0.0)
 
 
+@given(st.integers(2, 5), st.floats(2.0, 1e4), st.floats(0.0, 1e3), st.floats(0.0, 1e3))
+def test_a_shape_costs_what_the_records_say_of_it(parameters, pieces, told, other):
+    def price(*shapes: float) -> float:
+        return Account((SHELF[0],), 1.0, parameters, shapes=shapes).price(pieces)
+
+    assert price(0.0) == pytest.approx(0.5 * (parameters - 1) * math.log(pieces))
+    assert price(0.0, math.inf) == price(math.inf, 0.0) == pytest.approx(price(0.0))
+    assert price(min(told, other)) <= price(max(told, other)) <= price(math.inf) == price()
+    assert price((math.sqrt(pieces) - 1) / pieces) == pytest.approx(
+        0.5 * (parameters - 0.5) * math.log(pieces)
+    )
+
+
 def test_what_suffices_may_still_leave_something_to_a_second_effect():
     assert suffices(4.0, 1.09) and not leaves_nothing(4.0, 1.09)
     assert leaves_nothing(4.0, 1.02) and leaves_nothing(400.0, 1.15)

@@ -19,8 +19,9 @@ from fitting.diagnosis.refit import (
     job,
     refit,
 )
+from jaxstick.effects.slip_weakening import SlipWeakening
 from jaxstick.parts.drive import SineDrive
-from tests.fitting.diagnosis.grounded import from_the_truth, laid_out
+from tests.fitting.diagnosis.grounded import from_the_truth, laid_out, noisy_runs
 from tests.fitting.reference_data import TRUTH, dataset, noisy, own_run
 
 
@@ -93,3 +94,17 @@ def test_refused_steps_are_soon_shortened_and_taken_ones_never_left_undamped(fit
     assert refused == pytest.approx([1e-2, 3e-1, 27.0, 2.7, 27.0])
     taken = dampings(np.geomspace(1.0, 0.1, 8).tolist())
     assert taken[0] == pytest.approx(LEAST_DAMPED) and min(taken) == LEAST_DAMPED
+
+
+@pytest.mark.parametrize("weakening", [0.0, 0.3])
+def test_the_shape_of_an_effect_is_told_where_it_acts(weakening):
+    """Slip weakening: over which distance it fades is told where there is some, and by the prior alone where
+    there is none."""
+    effects = {"slip_weakening": SlipWeakening(weakening)}
+    model, bench = laid_out(dataset(*noisy_runs({1.5: effects}, 3)))
+    fit = from_the_truth(model, bench, model.together(("slip_weakening",)), model.origin(TRUTH))
+    free = np.concatenate([fit.free, model.of("slip_weakening")])
+    (found,) = refit(model, bench, [fit.point], [free], wander=False)
+    strength, *shape = (found.told[free == number].item() for number in model.of("slip_weakening"))
+    assert strength > 100 and len(shape) == 1
+    assert shape[0] > 10 if weakening else shape[0] < 1
