@@ -24,11 +24,10 @@ ENOUGH, ENOUGH_OF_SCATTER = 2e-4, 1e-3
 residuals are weighed by what does not repeat itself, a lane is worth few independent pieces of evidence, and
 five times as much tells nothing."""
 DAMPED, LEAST_DAMPED, STUCK = 1e-3, 1e-4, 1e7
-"""The damping that a search begins with, what it does not fall below, for steps are those of Gauss and Newton
-there anyway, and where it is given up."""
-EASED, GROWS, FASTER = 0.1, 10.0, 3.0
-"""By what factor a step that is taken changes the damping, and one that is refused, which changes it by so
-many times as much again for every other that has been refused since one was taken."""
+"""The damping that a search begins with, what it does not fall below, for steps hardly differ there, and one
+that is refused would be tried over and over, and where a search is given up."""
+EASED, GROWS = 0.1, 10.0
+"""By what factor a step that is taken changes the damping, and one that is refused."""
 PATIENCE = 8.0
 LEAST_TURNS = 4
 LEVELLED = ("A", "C", "D")
@@ -239,8 +238,8 @@ class _Search:
         self.centres = self.wander and np.isin(model.index(*LEVELLED), free).all()
         self.chosen = chosen_columns(free, model.level, len(bench.lanes))
         self.dof = bench.dof()
-        self.damping, self.growth = DAMPED, GROWS
-        self.cost, self.gain, self.over, self.taken = np.inf, np.inf, False, 0
+        self.damping, self.cost, self.gain = DAMPED, np.inf, np.inf
+        self.over, self.taken = False, 0
         self.enough = ENOUGH_OF_SCATTER if bench.scatters else ENOUGH
         self.layout = Layout.of(model, bench, free)
         self.lower, self.upper = self.layout.bounds(model)
@@ -251,8 +250,7 @@ class _Search:
         loss = Robust.around(cost, self.dof) if first else self.loss
         total = loss.total(cost) + self._prior(point).cost
         if not first and not total < self.cost:
-            self.damping *= self.growth
-            self.growth *= FASTER
+            self.damping *= GROWS
             self.over = self.damping > STUCK
             return
         self.gain = gain = self.cost - total
@@ -263,7 +261,7 @@ class _Search:
         self.loss = Robust.around(cost, self.dof)
         self.cost = self.loss.total(cost) + self._prior(point).cost
         if not first:
-            self.damping, self.growth = max(EASED * self.damping, LEAST_DAMPED), GROWS
+            self.damping = max(EASED * self.damping, LEAST_DAMPED)
             self.taken += 1
             self.over = gain < self.enough * total and not moved
 

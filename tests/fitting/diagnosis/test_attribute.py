@@ -8,19 +8,37 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.attribute import PROMISING, Attribution, account, traces_left, worth_a_second
 
 FLOOR = 1.1
 
 
-def left(misfit: float, *keys: str, scatters: bool) -> float:
-    """The misfit that is counted for an explanation by these effects, in units of the floor."""
+def counted(misfit: float, *keys: str, scatters: bool) -> Account:
+    """The account of an explanation by these effects, which leaves this misfit, in units of the floor. Each
+    has a strength, number 0, and a shape, number 7."""
     effects = {key: SimpleNamespace(card=SimpleNamespace(family="friction")) for key in keys}
-    shelf = SimpleNamespace(effects=effects)
-    model: Any = SimpleNamespace(of=lambda _: np.array([0]), by_run=np.zeros(0, int), shelf=shelf)
-    bench: Any = SimpleNamespace(run=np.array([0, 0, 1]), wanders=False, scatters=scatters)
-    found: Any = SimpleNamespace(keys=keys, refit=None)
-    return account(model, bench, None, found, misfit / FLOOR).misfit
+    shelf = SimpleNamespace(effects=effects, shapes={key: ("shape",) for key in keys})
+    model: Any = SimpleNamespace(
+        of=lambda _: np.array([0, 7]),
+        index=lambda *names: np.full(len(names), 7),
+        by_run=np.zeros(0, int),
+        shelf=shelf,
+    )
+    run = np.array([0, 0, 1])
+    bench: Any = SimpleNamespace(run=run, wanders=False, scatters=scatters, dof=lambda: np.full(3, 50.0))
+    refit = SimpleNamespace(free=np.array([3, 0, 7]), told=np.array([np.inf, 900.0, 30.0]))
+    found: Any = SimpleNamespace(keys=keys, refit=refit)
+    return account(model, bench, None, found, misfit / FLOOR)
+
+
+def left(misfit: float, *keys: str, scatters: bool) -> float:
+    return counted(misfit, *keys, scatters=scatters).misfit
+
+
+def test_what_the_records_say_of_a_shape_is_counted_by_the_degree_of_freedom():
+    made = counted(1.2, "one", scatters=False)
+    assert made.parameters == 2 and made.shapes == (0.2,)
 
 
 def test_a_second_effect_cannot_go_below_what_was_weighed_by():
