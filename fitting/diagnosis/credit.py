@@ -24,7 +24,8 @@ def credited(accounts: Sequence[Account], nominal: float) -> dict[tuple[str, ...
     """What steadier friction is worth to every account: nothing where it leaves far more than the best, for
     what is left bends levels, or more than none does; to two effects as much as to the better of them alone,
     but not to one that leaves far more and does not change friction itself, and a share of what is well
-    beyond that where they leave no more than one and the second changes friction; and to an effect that
+    beyond that where they leave no more than one and the second changes friction; to what leaves no more and
+    makes friction no less steady than another of as many effects, no less than to that; and to an effect that
     leaves more, as much as to two of which it is one, for that does not tell it from them.
     """
     singles = [account for account in accounts if len(account.keys) == 1]
@@ -42,9 +43,17 @@ def credited(accounts: Sequence[Account], nominal: float) -> dict[tuple[str, ...
         beyond = max(account.steadier - (1 + MENDS) * better, 0.0) if counts else 0.0
         return min(account.steadier, better) + BOTH * beyond
 
-    near = {account.keys: worth(account) for account in accounts if account.misfit <= most}
+    close = [account for account in accounts if account.misfit <= most]
+    plain = {account.keys: worth(account) for account in close}
+    near = {one.keys: max(plain[other.keys] for other in close if _does_no_less(one, other)) for one in close}
     part = {
         (key,): min(steadier, max((near[keys] for keys in near if key in keys), default=0.0))
         for key, steadier in alone.items()
     }
     return {account.keys: 0.0 for account in accounts} | part | near
+
+
+def _does_no_less(one: Account, other: Account) -> bool:
+    """Whether an explanation leaves no more than another of as many effects, and makes friction as steady."""
+    alike = len(one.keys) == len(other.keys)
+    return alike and one.misfit <= other.misfit and one.steadier >= other.steadier

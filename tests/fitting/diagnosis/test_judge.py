@@ -157,6 +157,18 @@ def test_steady_friction_does_not_tell_two_effects_from_one_of_them():
     assert judge(273.0, [spoilt, *pairs, account(1, 9.9)], SAMPLES, 4.6, SHELF).verdict == "several"
 
 
+def test_a_pair_that_makes_friction_as_steady_and_leaves_less_is_worth_no_less():
+    """Whether its second effect changes friction or the sensor that reads it."""
+    alone = [account(0, 9.5, 1), dataclasses.replace(account(1, 38.0, 1), steadier=13.5)]
+    sensor = dataclasses.replace(both(1.0), steadier=102.0)
+    friction = Account((SHELF[0], SHELF[2]), 1.11, 3, steadier=81.0, of_friction=(SHELF[2],))
+    found = judge(41.0, [*alone, account(2, 40.0), sensor, friction], 8400.0, 44.0, SHELF)
+    assert (found.verdict, set(found.named)) == ("several", {SHELF[0], SHELF[1]})
+    worse = dataclasses.replace(sensor, misfit=1.12)
+    found = judge(41.0, [*alone, account(2, 40.0), worse, friction], 8400.0, 44.0, SHELF)
+    assert (found.verdict, set(found.named)) == ("several", {SHELF[0], SHELF[2]})
+
+
 def test_what_took_no_part_takes_back_or_confirms_that_friction_is_steadier():
     """No more than there was to take back, from all alike; what rests on something else stays as it is."""
     drift = dataclasses.replace(account(0, 1.05), steadier=6.5)
