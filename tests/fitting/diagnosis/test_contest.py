@@ -142,7 +142,7 @@ def test_an_effect_that_shows_nothing_at_null_is_tried_outright():
 
 
 def test_lanes_that_sit_out_the_contest_begin_where_its_winner_asks_them_to(monkeypatch: pytest.MonkeyPatch):
-    """Far closer to where they end than they are without the effect."""
+    """No more than half as far from where they end as they are without the effect."""
     model, bench, base, seen = screened(1.0, 0.01)
     promise = next(promise for promise in seen.usual if promise.key == UNEVEN)
     whole, begun = finals._everywhere, []
@@ -156,7 +156,7 @@ def test_lanes_that_sit_out_the_contest_begin_where_its_winner_asks_them_to(monk
     ((own, few),) = begun
     rest = np.setdiff1d(np.arange(len(bench.lanes)), few)
     without, begins = (np.abs(found.refit.point.own - each)[rest, :START] for each in (base.point.own, own))
-    assert np.all(np.median(begins, axis=0) <= np.median(without, axis=0) / 3)
+    assert np.all(np.median(begins, axis=0) <= np.median(without, axis=0) / 2)
     assert np.median(without[:, 0]) > 0
 
 
