@@ -245,5 +245,6 @@ def account(
     least = 1.0 if bench.scatters and len(keys) > 1 else 0.0
     of_friction = tuple(key for key in keys if model.shelf.effects[key].card.family == "friction")
     given = model.index(*(name for key in keys for name in model.shelf.shapes[key]))
-    shapes = tuple((fit.told[np.isin(fit.free, given)] / bench.dof().sum()).tolist())
+    samples = float(bench.dof().sum())
+    shapes = tuple(fit.told[number] / samples for number in given.tolist() if number in fit.told)
     return Account(keys, max(misfit, least), parameters, of_one_run, len(runs), steady, of_friction, shapes)

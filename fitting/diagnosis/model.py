@@ -303,8 +303,8 @@ class Model:
             count, roomy = len(job.own), self._with_room(job.lanes)
             index = np.minimum(np.arange(first, first + PACK), count - 1)
             points = (
-                np.asarray(job.coordinates)[np.ix_(index, own)],
-                np.asarray(job.own)[index],
+                job.coordinates[np.ix_(index, own)],
+                job.own[index],
                 place[job.chosen[index]],
             )
             with jax.enable_x64(True):

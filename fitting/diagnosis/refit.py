@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -43,7 +43,7 @@ class Refit:
 
     misfit: chi-square per degree of freedom with outliers weighed down, times what the freedom of friction to
     wander costs in likelihood, exp(sum log(1 + width^2 information)/N). `levels` are those of friction. told:
-    how many times as much as its prior the records say of each free unknown, beside all others.
+    how many times as much as its prior the records say of each unknown, by its number, that was free.
     """
 
     point: Point
@@ -53,7 +53,7 @@ class Refit:
     weights: np.ndarray
     iterations: int
     levels: Levels
-    told: np.ndarray
+    told: Mapping[int, float]
 
     def price(self, bench: Bench) -> float:
         """By what factor the misfit is larger for the freedom of friction to wander."""
@@ -333,15 +333,15 @@ class _Search:
         )
         return g, h, solved
 
-    def _told(self) -> np.ndarray:
+    def _told(self) -> dict[int, float]:
         """How many times as much as its prior the records say of each free unknown; infinite without one."""
         _, h, _ = self._without_own(0.0)
         prior = self._prior(self.point).curvature
-        whole = h + prior
-        variance = np.diag(np.linalg.pinv(whole, hermitian=True))[self.layout.of_free]
+        variance = np.diag(np.linalg.pinv(h + prior, hermitian=True))[self.layout.of_free]
         assumed = np.diag(prior)[self.layout.of_free]
         with np.errstate(divide="ignore"):
-            return np.maximum(1.0 / (assumed * np.maximum(variance, 1e-300)) - 1.0, 0.0)
+            told = np.maximum(1.0 / (assumed * np.maximum(variance, 1e-300)) - 1.0, 0.0)
+        return dict(zip(self.free.tolist(), told.tolist(), strict=True))
 
     def _fall(self, change: np.ndarray) -> np.ndarray:
         """By how much the linearised cost of every lane falls for a change of its unknowns, its own last."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -27,7 +28,7 @@ def counted(misfit: float, *keys: str, scatters: bool) -> Account:
     )
     run = np.array([0, 0, 1])
     bench: Any = SimpleNamespace(run=run, wanders=False, scatters=scatters, dof=lambda: np.full(3, 50.0))
-    refit = SimpleNamespace(free=np.array([3, 0, 7]), told=np.array([np.inf, 900.0, 30.0]))
+    refit = SimpleNamespace(told={3: math.inf, 0: 900.0, 7: 30.0})
     found: Any = SimpleNamespace(keys=keys, refit=refit)
     return account(model, bench, None, found, misfit / FLOOR)
 

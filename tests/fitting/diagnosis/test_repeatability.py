@@ -75,7 +75,7 @@ def judged(
     point = Point((), np.zeros(1), np.zeros((1, 1)), np.zeros((LANES, OWN)), np.full(2, width))
     each = np.full(LANES, cost * (COUNTED - 3))
     levels = Levels(np.zeros(LANES), np.ones(LANES), np.ones(LANES, bool))
-    fit = Refit(point, np.zeros(0, int), each, price * cost, np.ones(LANES), 1, levels, np.zeros(0))
+    fit = Refit(point, np.zeros(0, int), each, price * cost, np.ones(LANES), 1, levels, {})
     floor, bare = floor_of(model, bench, [fit]), unrepeated(model, bench, [fit])
     assert bare == 1.0 or floor == pytest.approx(price * bare)
     return floor
