@@ -137,7 +137,8 @@ def judge(
     among = pieces_of_evidence(best, samples, max(inflation, AMONG))
     surely = pieces_of_evidence(max(best - NOISE_KNOWN, 1.0), samples, inflation)
     excess = max(nominal - 1.0, 0.0)
-    alone = Alone.of(accounts, nominal)
+    same = _alike(aliases or {}, classes or {})
+    alone = Alone.of(accounts, nominal, same)
 
     def evidence(misfit: float, soft: float, pieces: float) -> float:
         return -0.5 * pieces * math.log(max(misfit, 1e-3) + soft)
@@ -158,7 +159,7 @@ def judge(
     anything = Account((), unlisted, UNLISTED_PARAMETERS)
     lacking = 0.0 if best > floor + LACKING * max(nominal - floor, 0.0) else LACKING
     steady[anything.keys] = (1 - lacking) * _steadiest(accounts, steady, excess)
-    ahead = lead(alone.misfits, nominal, _alike(aliases or {}, classes or {}))
+    ahead = lead(alone.misfits, nominal, same)
     logs = [
         weight(alone.best, 0, PRIOR[NONE]) - behind(nominal, surely) - 0.5 * (excess / FLOOR) ** 2,
         weight(unlisted, anything.price(pieces) - steady[anything.keys] + ahead, PRIOR[UNLISTED]),

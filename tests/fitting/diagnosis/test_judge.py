@@ -311,6 +311,22 @@ def test_a_small_second_effect_is_named_where_it_takes_nearly_all_that_is_left()
         assert found.verdict == verdict
 
 
+@pytest.mark.parametrize(
+    ("others", "same", "verdict"),
+    [
+        ([1.33, 1.4], (), "several"),
+        ([1.17, 1.4], (), "effect"),
+        ([1.13, 1.4], (SHELF[2],), "several"),
+        ([], (), "effect"),
+    ],
+)
+def test_a_second_effect_that_nothing_comes_near_is_no_matter_of_shape(others, same, verdict):
+    """Others mend the shape of the first as well, are the same in these records, or were not tried."""
+    found = [account(0, 1.46, 2), account(1, 29.0, 2), account(2, 29.0), both(1.126)]
+    found += [Account((SHELF[0], key), left, 2) for key, left in zip(SHELF[2:4], others, strict=False)]
+    assert judge(29.7, found, SAMPLES, 20.9, SHELF, {SHELF[1]: same}).verdict == verdict
+
+
 def test_a_second_effect_counts_by_its_share_of_what_the_first_leaves():
     """And not by its share of a gap that the first has closed but for the noise."""
     pair = both(1.03)
