@@ -13,6 +13,8 @@ from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
 
 GAUGE = 1e-4
 """How closely the mean level of all runs is held at zero."""
+LEVELLED = ("A", "C", "D")
+"""The constants that a level of friction multiplies."""
 
 
 class Prior(NamedTuple):
@@ -53,6 +55,10 @@ class Layout:
         """Where every free unknown stands; of what runs have of their own, the first run's that has lanes."""
         return self.index[self.runs[0], 1:]
 
+    def fits_friction(self, model: Model) -> bool:
+        """Whether what a level of friction multiplies is free, so that the mean level is no news."""
+        return bool(np.isin(model.index(*LEVELLED), self.shared).all())
+
     def values(self, point: Point) -> np.ndarray:
         """The unknowns of a point in the order of the equations."""
         return np.concatenate([point.coordinates[self.shared], point.by_run[:, self.slots].T.ravel()])
@@ -86,8 +92,8 @@ class Layout:
         return g, h
 
     def prior(self, model: Model, point: Point) -> Prior:
-        """The prior of the unknowns. The mean level of the runs that have lanes is held at zero: constants
-        are those of the typical run."""
+        """The prior of the unknowns. Where friction is fitted the mean level of the runs that have lanes is
+        held at zero: constants are those of the typical run. Other runs may all lie on one side of that."""
         values, n, runs = self.values(point), len(self.shared), len(self.index)
         numbers = np.concatenate([self.shared, np.repeat(model.by_run[self.slots[1:]], runs)])
         plain = np.concatenate([np.arange(n), np.arange(n + runs, len(values))])
@@ -96,7 +102,9 @@ class Layout:
         gradient[plain], curvature[plain, plain] = pull, diagonal
         levels = slice(n, n + runs)
         present = np.isin(np.arange(runs), self.runs) / len(self.runs)
-        curvature[levels, levels] = np.eye(runs) / LEVEL_TOLERANCE**2 + np.outer(present, present) / GAUGE**2
+        curvature[levels, levels] = np.eye(runs) / LEVEL_TOLERANCE**2
+        if self.fits_friction(model):
+            curvature[levels, levels] += np.outer(present, present) / GAUGE**2
         gradient[levels] = curvature[levels, levels] @ values[levels]
         return Prior(cost + float(values[levels] @ gradient[levels]), gradient, curvature)
 

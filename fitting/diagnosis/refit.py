@@ -11,7 +11,7 @@ import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.columns import Columns
-from fitting.diagnosis.layout import Layout, Prior
+from fitting.diagnosis.layout import LEVELLED, Layout, Prior
 from fitting.diagnosis.model import Job, Model
 from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.steadiness import Levels
@@ -30,8 +30,6 @@ EASED, GROWS = 0.1, 10.0
 """By what factor a step that is taken changes the damping, and one that is refused."""
 PATIENCE = 8.0
 LEAST_TURNS = 4
-LEVELLED = ("A", "C", "D")
-"""The constants that a level of friction multiplies."""
 BROKEN = 1e30
 """What a lane costs whose motion is no number, as with parameters that no rig has."""
 
@@ -176,12 +174,9 @@ def centred(model: Model, bench: Bench, point: Point) -> Point:
     mean of all runs in A, C and D, which levels multiply. A search that may damp every lane's steps would
     leave them for long where they do not.
     """
-    own, by_run, coordinates = point.own.copy(), point.by_run.copy(), point.coordinates.copy()
+    levelled = in_runs(bench, point)
+    by_run, coordinates = levelled.by_run.copy(), point.coordinates.copy()
     runs = np.unique(bench.run)
-    for run in runs:
-        mean = own[bench.run == run, START].mean()
-        own[bench.run == run, START] -= mean
-        by_run[run, 0] += mean
     common = by_run[runs, 0].mean()
     by_run[runs, 0] -= common
     for number in model.index(*LEVELLED):
@@ -190,7 +185,17 @@ def centred(model: Model, bench: Bench, point: Point) -> Point:
     inside = (coordinates >= model.lower) & (coordinates <= model.upper)
     if not inside.all() or np.abs(by_run[:, 0]).max() > model.upper[model.level]:
         return point
-    return dataclasses.replace(point, coordinates=coordinates, by_run=by_run, own=own)
+    return dataclasses.replace(levelled, coordinates=coordinates, by_run=by_run)
+
+
+def in_runs(bench: Bench, point: Point) -> Point:
+    """The same motion with what the levels of a run's lanes have in common in the run's own."""
+    own, by_run = point.own.copy(), point.by_run.copy()
+    for run in np.unique(bench.run):
+        mean = own[bench.run == run, START].mean()
+        own[bench.run == run, START] -= mean
+        by_run[run, 0] += mean
+    return dataclasses.replace(point, by_run=by_run, own=own)
 
 
 def job(model: Model, bench: Bench, point: Point, chosen: np.ndarray | None = None) -> Job:
@@ -235,13 +240,13 @@ class _Search:
     def __init__(self, model: Model, bench: Bench, point: Point, free: np.ndarray, wander: bool) -> None:
         self.model, self.bench, self.point, self.free = model, bench, point, free
         self.wander = wander and bench.wanders
-        self.centres = self.wander and np.isin(model.index(*LEVELLED), free).all()
         self.chosen = chosen_columns(free, model.level, len(bench.lanes))
         self.dof = bench.dof()
         self.damping, self.cost, self.gain = DAMPED, np.inf, np.inf
         self.over, self.taken = False, 0
         self.enough = ENOUGH_OF_SCATTER if bench.scatters else ENOUGH
         self.layout = Layout.of(model, bench, free)
+        self.centres = self.wander and self.layout.fits_friction(model)
         self.lower, self.upper = self.layout.bounds(model)
 
     def see(self, point: Point, columns: Columns, first: bool) -> None:

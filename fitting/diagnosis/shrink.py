@@ -9,10 +9,11 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.elsewhere import elsewhere
 from fitting.diagnosis.findings import Closure
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Refit, misfit_of, refit
-from fitting.diagnosis.release import all_settled, released
+from fitting.diagnosis.refit import Refit, misfit_of
+from fitting.diagnosis.release import released
 from fitting.diagnosis.repeatability import unrepeated
 from fitting.diagnosis.steadiness import steadier
 from fitting.problem import Problem
@@ -22,8 +23,6 @@ BLOCK = 4
 """Lanes are held out, and drawn anew, in stretches of so many."""
 DRAWS = 400
 FEWEST_RUNS = 4
-SETTLED = 8
-"""Refits of starts and levels alone take so many steps at most."""
 FLOOR_KNOWN = 0.025
 """Standard deviation of the floor as a share of it: the noise, estimated from the records, is not known
 better, and where nearly all of a gap is closed that is most of the doubt."""
@@ -109,9 +108,7 @@ def closure(
         points["assumed"] = point
     frees = [fits[name].free if name in fits else np.zeros(0, int) for name in points]
     frees = [free[np.isin(free, model.by_run)] for free in frees]
-    begin = all_settled(model, test, list(points.values()))
-    fitted = refit(model, test, begin, frees, iterations=SETTLED, wander=False)
-    results = dict(zip(points, fitted, strict=True))
+    results = dict(zip(points, elsewhere(model, test, list(points.values()), frees), strict=True))
     compared = ("nominal", "named")
     again = model.side_by_side(lambda name: released(model, test, results[name], wander=False), compared)
     results.update(zip(compared, again, strict=True))
@@ -176,7 +173,13 @@ def worsens(shrunk: Closure, by: float = 1.0) -> bool:
 def left_open(shrunk: Closure) -> Closure:
     """The same gaps with nothing named."""
     return dataclasses.replace(
-        shrunk, after=shrunk.before, closed=0.0, interval=(0.0, 0.0), placebo=None, wrong=None
+        shrunk,
+        after=shrunk.before,
+        floor=min(shrunk.floor, shrunk.before),
+        closed=0.0,
+        interval=(0.0, 0.0),
+        placebo=None,
+        wrong=None,
     )
 
 

@@ -8,6 +8,7 @@ import dataclasses
 from fitting.diagnosis.attribute import Attribution, on_another_bench
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contacts import Chosen, concerns_contact
+from fitting.diagnosis.elsewhere import in_place
 from fitting.diagnosis.ground import resolved
 from fitting.diagnosis.other_contact import beside_single_effects
 from fitting.diagnosis.refit import refit
@@ -91,10 +92,16 @@ def _overrated(bench: Bench, seen: Survey) -> bool:
 def _evened(chosen: Chosen, every: Bench, plain: Bench, held: Split, best: Point) -> tuple[Chosen, Bench]:
     """The choice with its ground, and the bench of what is not held out, both weighed by what does not repeat
     itself under the best explanation of that bench so far; `every` and `plain` are they as laid out. That
-    bench has no more integration steps than residuals weighed so can tell."""
+    bench has no more integration steps than residuals weighed so can tell. What is held out starts in the
+    ground as it does under that explanation."""
     model = chosen.model
     scatter = Scatter.of(model, plain, best, chosen.problem.period)
-    whole = scatter.evened(model, every, best.among(chosen.ground.point.own, held.fitted))
-    ground = dataclasses.replace(chosen.ground, bench=whole, scatter=scatter)
+    ground = chosen.ground
+    point = in_place(model, every, best.among(ground.point.own, held.fitted), held.held)
+    whole = scatter.evened(model, every, point)
+    own = ground.point.own.copy()
+    own[held.held] = point.own[held.held]
+    begin = dataclasses.replace(ground.point, own=own)
+    ground = dataclasses.replace(ground, bench=whole, point=begin, scatter=scatter)
     evened = resolved(model, scatter.evened(model, plain, best), best)
     return dataclasses.replace(chosen, ground=ground), evened

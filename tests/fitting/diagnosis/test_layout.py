@@ -13,7 +13,7 @@ import pytest
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contest import contest
 from fitting.diagnosis.explanation import Explanation
-from fitting.diagnosis.layout import GAUGE, Layout, owners, strengths_of, with_strengths
+from fitting.diagnosis.layout import GAUGE, LEVELLED, Layout, owners, strengths_of, with_strengths
 from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
 from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.refit import centred, within_columns
@@ -147,11 +147,15 @@ def test_values_go_in_as_they_come_out(hummed: Hummed):
     assert moved.coordinates[sine] == values[1 + bench.runs]
 
 
-def test_the_prior_is_that_of_every_run(hummed: Hummed):
-    """Its gradient against central differences; the mean level of the runs is held."""
+@pytest.mark.parametrize("held", [True, False], ids=["friction is fitted", "friction stays"])
+def test_the_prior_is_that_of_every_run(hummed: Hummed, held: bool):
+    """Its gradient against central differences; the mean level of the runs is held where constants follow."""
     model, bench = hummed.model, hummed.bench
-    layout = Layout.of(model, bench, model.index("rig.mass", f"{HUM}.sine"))
-    values = np.array([model.origin({})[layout.shared[0]] + 0.003, 0.02, -0.01, 2.0, -3.0])
+    free = model.index(*(LEVELLED if held else ()), "rig.mass", f"{HUM}.sine")
+    layout = Layout.of(model, bench, free)
+    shared = len(layout.shared)
+    assert layout.fits_friction(model) is held
+    values = np.concatenate([model.origin({})[layout.shared] + 0.003, [0.02, -0.01, 2.0, -3.0]])
 
     def prior(at: np.ndarray):
         return layout.prior(model, layout.moved(model, hummed.nominal, at))
@@ -162,11 +166,10 @@ def test_the_prior_is_that_of_every_run(hummed: Hummed):
         step[place] = 1e-6
         slope = (prior(values + step).cost - prior(values - step).cost) / 4e-6
         assert here.gradient[place] == pytest.approx(slope, rel=1e-5, abs=1e-5)
-    levels = here.curvature[1:3, 1:3]
-    assert levels[0, 0] == pytest.approx(LEVEL_TOLERANCE**-2 + 0.25 * GAUGE**-2)
-    lone = Layout.of(model, bench.take(np.flatnonzero(bench.run == 1)), model.index("C"))
+    assert here.curvature[shared, shared] == pytest.approx(LEVEL_TOLERANCE**-2 + held * 0.25 * GAUGE**-2)
+    lone = Layout.of(model, bench.take(np.flatnonzero(bench.run == 1)), free)
     alone = lone.prior(model, hummed.nominal)
-    assert alone.curvature[1, 1] == pytest.approx(LEVEL_TOLERANCE**-2)
+    assert alone.curvature[shared, shared] == pytest.approx(LEVEL_TOLERANCE**-2)
 
 
 def test_levels_of_lanes_go_to_their_runs_and_to_the_constants(hummed: Hummed):

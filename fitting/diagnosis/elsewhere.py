@@ -1,0 +1,63 @@
+"""Hypotheses on lanes that took no part in fitting them: constants and effects stay as they are, every lane's
+start and what every run has of its own are found anew."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
+from fitting.diagnosis.refit import Refit, in_runs, refit
+from fitting.diagnosis.release import SUSPECT, all_settled, released
+from fitting.diagnosis.wander import LEAST
+
+SETTLED = 8
+"""Refits of starts and levels alone take so many steps at most."""
+
+
+def elsewhere(
+    model: Model, bench: Bench, points: Sequence[Point], frees: Sequence[np.ndarray] | None = None
+) -> list[Refit]:
+    """The points fitted to these lanes, from the starts that they have: at first every lane by itself, its
+    friction as far off as a run's may be; then all lanes, with levels of friction and the free unknowns, if
+    any, of every run. A lane that is lost under one of the points begins once more where another has it.
+    """
+    frees = [np.zeros(0, int)] * len(points) if frees is None else frees
+    loose = np.array([LEVEL_TOLERANCE if bench.wanders else LEAST, LEAST])
+    alone = all_settled(model, bench, [dataclasses.replace(point, widths=loose) for point in points])
+    begin = [
+        dataclasses.replace(in_runs(bench, each), widths=point.widths)
+        for each, point in zip(alone, points, strict=True)
+    ]
+    fits = refit(model, bench, begin, frees, iterations=SETTLED, wander=False)
+    best = np.argmin([fit.cost for fit in fits], axis=0)
+    every = np.arange(len(best))
+    least = np.array([fit.cost for fit in fits])[best, every]
+    own = np.array([fit.point.own for fit in fits])[best, every]
+    lost = [fit.cost > SUSPECT * least for fit in fits]
+    some = [number for number in range(len(fits)) if lost[number].any()]
+    lent = [
+        dataclasses.replace(fits[n].point, own=np.where(lost[n][:, None], own, fits[n].point.own))
+        for n in some
+    ]
+    again = refit(model, bench, lent, [frees[n] for n in some], iterations=SETTLED, wander=False)
+    for number, fit in zip(some, again, strict=True):
+        fits[number] = min(fits[number], fit, key=lambda one: one.misfit)
+    return fits
+
+
+def in_place(model: Model, bench: Bench, point: Point, lanes: np.ndarray) -> Point:
+    """A point for all lanes of a bench with what these `lanes`, and the runs that have no others, have of
+    their own found anew, lost lanes freed."""
+    some = bench.take(lanes)
+    (fit,) = elsewhere(model, some, [point.take(lanes)])
+    found = released(model, some, fit, wander=False).point
+    by_run = point.by_run.copy()
+    alone = np.setdiff1d(some.run, np.delete(bench.run, lanes))
+    by_run[alone] = found.by_run[alone]
+    own = point.own.copy()
+    own[lanes] = found.own
+    return dataclasses.replace(point, by_run=by_run, own=own)
