@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import t as student
 
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.layout import Layout
+from fitting.diagnosis.between_runs import STEP, deviation_of_runs, uncertainty_of_mean
+from fitting.diagnosis.layout import LEVELLED, Layout
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Projection, Refit, chosen_columns, job
 
@@ -17,11 +19,22 @@ CLUSTER = 3
 LEVEL = 0.95
 
 
-def deviations(model: Model, bench: Bench, found: Refit) -> tuple[np.ndarray, float]:
-    """Standard deviations of the free coordinates of a refit, and the Student quantile that goes with them.
+class Deviations(NamedTuple):
+    """Standard deviations of the free coordinates of a refit, the Student quantile that goes with them, and
+    the standard deviation of friction between runs as a share of itself, which those of the constants that
+    it multiplies contain."""
+
+    spread: np.ndarray
+    quantile: float
+    between_runs: float
+
+
+def deviations(model: Model, bench: Bench, found: Refit) -> Deviations:
+    """How sure the free coordinates of a refit are.
 
     The covariance is H^-1 (sum over clusters of g_c g_c') H^-1 with the scores g_c of neighbouring lanes
     summed, times C/(C - 1) for C clusters; never below that of white residuals of the size that is left.
+    Where friction differs from run to run, what n runs leave open of its mean is added to that.
     """
     seen = _of_fit(model, bench, found)
     layout = Layout.of(model, bench, found.free)
@@ -33,10 +46,25 @@ def deviations(model: Model, bench: Bench, found: Refit) -> tuple[np.ndarray, fl
         score, _ = layout.summed(bench.run[mine], seen.gradient[mine], seen.curvature[mine])
         total += np.outer(score, score)
     count = cluster.max() + 1
-    robust = np.diag(inverse @ total @ inverse)[layout.of_free] * count / max(count - 1, 1)
-    white = np.diag(inverse)[layout.of_free] * max(found.misfit, 1.0)
+    robust = np.diag(inverse @ total @ inverse) * count / max(count - 1, 1)
+    white = np.diag(inverse) * max(found.misfit, 1.0)
+    variance = np.maximum(robust, white)
     quantile = float(student.ppf(0.5 + LEVEL / 2, max(count - len(found.free), 2)))
-    return np.sqrt(np.maximum(robust, white)), quantile
+    runs = layout.runs
+    between = deviation_of_runs(found.point.by_run[runs, 0], variance[layout.index[runs, 0]])
+    of_mean = uncertainty_of_mean(between, len(runs), LEVEL, quantile)
+    multiplied = of_mean * _slopes(model, found)
+    return Deviations(np.sqrt(variance[layout.of_free] + multiplied**2), quantile, between)
+
+
+def _slopes(model: Model, found: Refit) -> np.ndarray:
+    """By how much the free coordinates change with the logarithm of friction."""
+    slopes = np.zeros(len(found.free))
+    for number in model.index(*LEVELLED):
+        member, at = model.members[number], found.point.coordinates[number]
+        up, down = (member.to_coordinate(member.to_value(at) * math.exp(step)) for step in (STEP, -STEP))
+        slopes[found.free == number] = (up - down) / (2 * STEP)
+    return slopes
 
 
 def information(model: Model, bench: Bench, found: Refit) -> np.ndarray:

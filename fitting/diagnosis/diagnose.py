@@ -25,7 +25,7 @@ from fitting.diagnosis.release import released
 from fitting.diagnosis.repeatability import wander_of
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import Split, split
-from fitting.diagnosis.words import advice, notes, sentence, steps_taken
+from fitting.diagnosis.words import advice, differing, notes, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
 from fitting.segments import Segment
@@ -97,7 +97,11 @@ def diagnose(
         cards={key: effect.card for key, effect in model.shelf.effects.items()},
         next_experiment=advice(problem, model, found, bench, proposal),
         next_run=proposal,
-        notes=(*inquiry.doubts, *notes(problem, found, named, where, held, chosen, shrunk)),
+        notes=(
+            *inquiry.doubts,
+            *notes(problem, found, named, where, held, chosen, shrunk),
+            *differing(mended.between_runs, len(problem.chosen)),
+        ),
         steps=steps_taken(problem, model, found, base, held, chosen),
         sha256=dataset.sha256,
         settings=dataclasses.asdict(settings),

@@ -21,20 +21,21 @@ from jaxstick.record import CONSTANTS, DataSet
 
 class Estimates(NamedTuple):
     """The constants of friction, the properties of the rig that were free within their tolerance, and the
-    parameters of every effect asked for."""
+    parameters of every effect asked for; the standard deviation of friction between runs, as a share."""
 
     constants: tuple[Constant, ...]
     others: tuple[Constant, ...]
     effects: dict[str, tuple[Parameter, ...]]
+    between_runs: float
 
 
 def estimates(
     model: Model, dataset: DataSet, bench: Bench, fit: Refit, keys: Sequence[str] = ()
 ) -> Estimates:
     """What a refit found of constants, rig and effects, with 95 % intervals."""
-    spread, quantile = deviations(model, bench, fit)
+    spread, quantile, between_runs = deviations(model, bench, fit)
     constants, others = _constants(model, dataset, fit, spread, quantile)
-    return Estimates(constants, others, _effects(model, fit, keys, spread, quantile))
+    return Estimates(constants, others, _effects(model, fit, keys, spread, quantile), between_runs)
 
 
 def _constants(

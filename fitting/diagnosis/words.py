@@ -32,6 +32,8 @@ SAME_GAP = 0.01
 """Gaps that differ by less than this share of them are the same."""
 LEFT_OVER = 1.5
 """A misfit of more than so many times the floor is more than noise."""
+DIFFERS = 0.01
+"""The share of itself by which friction has to differ from run to run to be worth a word."""
 MUCH = 1.0
 """Friction that wanders by more than so many percent is part of the verdict."""
 
@@ -267,6 +269,16 @@ def stiller(named: Sequence[str], before: float, after: float) -> list[str]:
         f"Friction wanders from segment to segment by {after:.2g} % (standard deviation) with "
         f"{' and '.join(named)}, by {before:.2g} % without: what wandering takes over of an effect is no "
         "part of the gap, nor of the share of it that closes."
+    ]
+
+
+def differing(between_runs: float, runs: int) -> list[str]:
+    """That friction differs from run to run, where it does by a good deal, and what that means."""
+    if between_runs < DIFFERS:
+        return []
+    return [
+        f"Friction differs from run to run by {100 * between_runs:.2g} % (standard deviation): A, C and D "
+        f"are those of the typical run, and their intervals say how well {runs} runs tell it."
     ]
 
 

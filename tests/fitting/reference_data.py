@@ -71,12 +71,14 @@ def own_run(
     drive: SineDrive,
     *,
     rig: KnownRig = RIG,
+    constants: AssumedConstants | None = None,
     effects: dict[str, AbstractEffect] | None = None,
     samples: int = 1000,
     file: str = "own.csv",
 ) -> Run:
-    """A run simulated by jaxstick from rest with the true constants and these effects, without noise."""
-    oscillator = Hypothesis(nominal(rig, RIGHT, drive), effects or {}).oscillator()
+    """A run simulated by jaxstick from rest with the true constants, or others, and these effects, without
+    noise."""
+    oscillator = Hypothesis(nominal(rig, constants or RIGHT, drive), effects or {}).oscillator()
     skipped = round(RATE / 2)
     motion = simulate(oscillator, samples=skipped + samples, interval=1 / RATE, start=Start())
     time = np.asarray(motion.time)
