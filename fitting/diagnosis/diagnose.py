@@ -20,6 +20,7 @@ from fitting.diagnosis.inquiry import Inquiry, inquire
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.next_run import next_run
+from fitting.diagnosis.over_class import under_others, widened
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.repeatability import wander_of
@@ -70,6 +71,10 @@ def diagnose(
     correction = None
     if named is not None:
         mended = estimates(model, dataset, base.bench, after, named.keys)
+        others = under_others(model, found, named)
+        mended = mended._replace(
+            constants=widened(mended.constants, others), others=widened(mended.others, others)
+        )
         if chosen.words is None:
             correction = correction_of(model.at(after.point.coordinates, named.keys), dataset.rig)
     listed = candidates(model, found)

@@ -227,8 +227,9 @@ def notes(
         )
     for same in found.judgement.same:
         out.append(
-            f"{_listed(same)} leave the same trace in any record of the motion: they are answered together. "
-            "What is stated of the rig, and nothing that was recorded, makes the first the likeliest."
+            f"{_listed(same)} leave the same trace in any record of the motion: they are answered together, "
+            "and intervals of constants hold what these are under each of them. What is stated of the rig, "
+            "and nothing that was recorded, makes the first the likeliest."
         )
     out += of_every_run(contact.model, problem.chosen[0].run.file, found.judgement.named)
     if named is not None:

@@ -1,0 +1,61 @@
+"""Constants where no record tells which effect of a class acts: they are as uncertain as its effects differ.
+
+A gain of the force and one of the displacement leave the same trace, but a force that is read too large makes
+friction too large, and a displacement that is makes the contact too soft.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+from fitting.diagnosis.attribute import Attribution
+from fitting.diagnosis.explanation import Explanation
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import Refit
+from fitting.result import Constant
+
+AS_GOOD = 1.1
+"""Effects of a class count that leave no more than so many times what the named one does."""
+
+Times = Mapping[str, float]
+"""How many times as large each constant is under another effect of the class."""
+
+
+def under_others(model: Model, found: Attribution, named: Explanation) -> list[Times]:
+    """What becomes of the constants under the other effects of the classes of what is named, each in the
+    place of the one that it is not told from."""
+    instead = {
+        frozenset({*named.keys} - {key} | {other})
+        for key, *others in found.judgement.same
+        for other in others
+    }
+    most = AS_GOOD * named.refit.misfit
+    refits = [e.refit for e in found.explanations if frozenset(e.keys) in instead and e.refit.misfit <= most]
+    here = _values(model, named.refit)
+    return [
+        {name: value / here[name] for name, value in _values(model, each).items() if here.get(name)}
+        for each in refits
+    ]
+
+
+def widened(constants: Sequence[Constant], others: Sequence[Times]) -> tuple[Constant, ...]:
+    """The constants with intervals that hold what they would be under the others, too."""
+    return tuple(_widened(constant, others) for constant in constants)
+
+
+def _widened(constant: Constant, others: Sequence[Times]) -> Constant:
+    low, high, error = constant.low, constant.high, constant.standard_error
+    if low is None or high is None or error is None or not low < high:
+        return constant
+    times = [1.0, *(each.get(constant.name, 1.0) for each in others)]
+    ends = [end * factor for end in (low, high) for factor in times]
+    wider = (max(ends) - min(ends)) / (high - low)
+    return dataclasses.replace(constant, low=min(ends), high=max(ends), standard_error=error * wider)
+
+
+def _values(model: Model, fit: Refit) -> dict[str, float]:
+    return {
+        model.names[number]: float(model.members[number].to_value(fit.point.coordinates[number]))
+        for number in fit.free.tolist()
+    }
