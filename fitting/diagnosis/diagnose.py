@@ -25,6 +25,7 @@ from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.repeatability import wander_of
 from fitting.diagnosis.settings import DiagnosisSettings
+from fitting.diagnosis.shape_error import shape_variance
 from fitting.diagnosis.shrink import Split, split
 from fitting.diagnosis.words import advice, differing, notes, sentence, steps_taken
 from fitting.problem import Problem, pose
@@ -70,7 +71,8 @@ def diagnose(
     unmended = mended = estimates(model, dataset, base.bench, before)
     correction = None
     if named is not None:
-        mended = estimates(model, dataset, base.bench, after, named.keys)
+        shape = shape_variance(found, named)
+        mended = estimates(model, dataset, base.bench, after, named.keys, shape)
         others = under_others(model, found, named)
         mended = mended._replace(
             constants=widened(mended.constants, others), others=widened(mended.others, others)

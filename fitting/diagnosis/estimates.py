@@ -30,10 +30,17 @@ class Estimates(NamedTuple):
 
 
 def estimates(
-    model: Model, dataset: DataSet, bench: Bench, fit: Refit, keys: Sequence[str] = ()
+    model: Model,
+    dataset: DataSet,
+    bench: Bench,
+    fit: Refit,
+    keys: Sequence[str] = (),
+    systematic: np.ndarray | float = 0.0,
 ) -> Estimates:
-    """What a refit found of constants, rig and effects, with 95 % intervals."""
+    """What a refit found of constants, rig and effects, with 95 % intervals. systematic: mean squares of the
+    errors of what is free (coordinates) that no number of samples makes smaller."""
     spread, quantile, between_runs = deviations(model, bench, fit)
+    spread = np.sqrt(spread**2 + systematic)
     constants, others = _constants(model, dataset, fit, spread, quantile)
     return Estimates(constants, others, _effects(model, fit, keys, spread, quantile), between_runs)
 
