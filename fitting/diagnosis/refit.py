@@ -340,7 +340,7 @@ class _Search:
 
     def _told(self) -> dict[int, float]:
         """How many times as much as its prior the records say of each free unknown; infinite without one."""
-        _, h, _ = self._without_own(0.0)
+        _, h, _ = self._without_own(LEAST_DAMPED)
         prior = self._prior(self.point).curvature
         variance = np.diag(np.linalg.pinv(h + prior, hermitian=True))[self.layout.of_free]
         assumed = np.diag(prior)[self.layout.of_free]

@@ -8,8 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from fitting.diagnosis import refit as refits
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.model import Model
+from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.refit import (
     ENOUGH,
     ENOUGH_OF_SCATTER,
@@ -93,6 +95,22 @@ def test_damping_grows_with_every_step_that_is_refused_and_does_not_vanish(fitte
     assert dampings([1.0, 1.1, 1.1, 1.1, 0.9, 1.0]) == pytest.approx([1e-2, 1e-1, 1.0, 0.1, 1.0])
     taken = dampings(np.geomspace(1.0, 0.1, 8).tolist())
     assert taken[0] == pytest.approx(LEAST_DAMPED) and min(taken) == LEAST_DAMPED
+
+
+def test_a_lane_whose_start_is_not_told_apart_spoils_no_refit(fitted, monkeypatch):
+    """Where a lane's motion grows beyond bounds, what it has of its own all does the same."""
+    model, bench, fit = fitted
+    plain = refits.normal
+
+    def degenerate(columns):
+        gradient, curvature = plain(columns)
+        curvature[3, COLUMNS:, COLUMNS:] = 1e12
+        return gradient, curvature
+
+    monkeypatch.setattr(refits, "normal", degenerate)
+    (found,) = refit(model, bench, [fit.point], [fit.free], iterations=1, wander=False)
+    assert {*found.told} == {*fit.free.tolist()}
+    assert all(told > 0 for told in found.told.values())
 
 
 @pytest.mark.parametrize("weakening", [0.0, 0.3])
