@@ -122,18 +122,19 @@ def diagnose(
 def _inquired(
     paper: Chosen, held_out: Sequence[str], settings: DiagnosisSettings, progress: Progress
 ) -> Inquiry:
-    """The inquiry on the runs that are not held out. Where only those that are show a gap, it is the one with
-    others held out in their place, if that names something and nobody asked for these to be held out."""
+    """The inquiry on the runs that are not held out. Where only those that are show a gap, or that something
+    acts beside what is named, it is the one with others held out in their place, if that names something, or
+    something else as well, and nobody asked for these to be held out."""
     problem, bench = paper.problem, paper.ground.bench
     held = split(problem, bench, held_out)
     inquiry = inquire(paper, held, settings.seed, progress)
-    if not inquiry.gapes_only_there:
+    if not inquiry.gapes_only_there and not inquiry.lacks_only_there:
         return inquiry
     if not held_out and not held.by_segments:
         other = inquire(paper, split(problem, bench, (), fitted=held.files), settings.seed, progress)
-        if other.named is not None:
+        if inquiry.is_part_of(other) if inquiry.named else other.named:
             return other
-    return inquiry.unexplained()
+    return inquiry if inquiry.named else inquiry.unexplained()
 
 
 def _finally(

@@ -7,6 +7,7 @@ import dataclasses
 from fitting.diagnosis.attribute import Attribution, attribute
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contacts import Chosen
+from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import Closure
 from fitting.diagnosis.ground import resolved
@@ -23,6 +24,7 @@ from fitting.diagnosis.shrink import (
     gain,
     left_open,
     refutes,
+    shows_more,
     stays_open,
     steadies,
     worsens,
@@ -59,6 +61,20 @@ class Inquiry:
         Where friction scatters, the floor of the few that are held out says too little for that."""
         nothing = self.found.judgement.verdict == "none" and not self.bench.scatters
         return nothing and self.shrunk.before > ONLY_THERE * self.shrunk.floor
+
+    @property
+    def lacks_only_there(self) -> bool:
+        """Whether one effect leaves next to nothing where the lanes were fitted, and those held out show that
+        something else acts. Where friction scatters, the floor of these says too little for that."""
+        if self.named is None or len(self.named.keys) > 1 or self.bench.scatters:
+            return False
+        return passes_for_noise(self.named.refit.misfit / self.found.floor) and shows_more(self.shrunk)
+
+    def is_part_of(self, other: Inquiry) -> bool:
+        """Whether another inquiry names two effects, one of which this one names, and lacks nothing."""
+        if other.named is None or len(other.named.keys) < 2 or shows_more(other.shrunk):
+            return False
+        return not {*self.found.judgement.named}.isdisjoint(other.named.keys)
 
     def unexplained(self) -> Inquiry:
         """The inquiry once what gapes only there is no "none": something acts that the fitted lanes do not

@@ -147,6 +147,11 @@ def stays_open(shrunk: Closure, gaping: float = GAPING) -> bool:
     return shrunk.before > gaping * shrunk.floor and shrunk.interval[1] < OPEN
 
 
+def shows_more(shrunk: Closure) -> bool:
+    """Whether what took no part shows more than noise beside what is named."""
+    return shrunk.after > ONLY_HERE * shrunk.floor
+
+
 def closes(shrunk: Closure) -> bool:
     """Whether a gap that is more than noise closes on what took no part, and by more than chance."""
     return shrunk.before > NOTABLE_GAP * shrunk.floor and shrunk.interval[0] > OPEN

@@ -19,7 +19,7 @@ from fitting.diagnosis.model import Model
 from fitting.diagnosis.next_run import rivals
 from fitting.diagnosis.repeatability import wander_of
 from fitting.diagnosis.scatter import Scatter
-from fitting.diagnosis.shrink import LEAST_REDUCIBLE, NOTABLE_STEADINESS, ONLY_HERE, Split
+from fitting.diagnosis.shrink import LEAST_REDUCIBLE, NOTABLE_STEADINESS, Split, shows_more
 from fitting.diagnosis.verdict import alternatives
 from fitting.problem import Problem
 
@@ -253,11 +253,10 @@ def remainders(found: Attribution, named: Explanation | None, shrunk: Closure) -
     why = "something else acts as well, or the effect has another shape than on the shelf."
     if best > LEFT_OVER:
         return [f"What is named leaves a misfit of {best:.3g} times what no model can get below: {why}"]
-    over = shrunk.after / shrunk.floor
-    if passes_for_noise(named.refit.misfit / found.floor) and over > ONLY_HERE:
+    if passes_for_noise(named.refit.misfit / found.floor) and shows_more(shrunk):
         return [
             f"What is named leaves next to nothing where it was fitted, but on {_held(shrunk)} that took no "
-            f"part {over:.3g} times what no model can get below: {why}"
+            f"part {shrunk.after / shrunk.floor:.3g} times what no model can get below: {why}"
         ]
     return []
 

@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fitting.diagnosis import diagnose as whole
 from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.inquiry import Inquiry
 from fitting.diagnosis.settings import DiagnosisSettings
+from fitting.diagnosis.shrink import Split
+from fitting.progress import Silent
 from jaxstick.effect import AbstractEffect
 from jaxstick.effects.mains_hum import MainsHum
 from jaxstick.parts.drive import SineDrive
@@ -68,3 +71,61 @@ def test_a_gap_only_there_is_none_where_something_was_found_or_friction_scatters
     bench: Any = SimpleNamespace(scatters=scatters)
     shrunk = dataclasses.replace(CLOSED, before=before, floor=1.0)
     assert Inquiry(blank, bench, blank, found, None, shrunk, False).gapes_only_there is gapes
+
+
+def inquiry(
+    *keys: str, misfit: float = 1.02, after: float = 1.0, scatters: bool = False, same: tuple[str, ...] = ()
+) -> Inquiry:
+    """One that names these effects, with what they leave where they were fitted and where not; `same`: what
+    they are not told from."""
+    blank: Any = None
+    named: Any = SimpleNamespace(keys=keys, refit=SimpleNamespace(misfit=misfit)) if keys else None
+    found: Any = SimpleNamespace(floor=1.0, judgement=SimpleNamespace(named=(*keys, *same), verdict="effect"))
+    bench: Any = SimpleNamespace(scatters=scatters)
+    shrunk = dataclasses.replace(CLOSED, after=after, floor=1.0)
+    return Inquiry(blank, bench, blank, found, named, shrunk, False)
+
+
+def test_one_effect_lacks_something_where_only_runs_show_it_that_took_no_part():
+    assert inquiry("cubic_stiffness", after=1.3).lacks_only_there
+    assert not inquiry("cubic_stiffness", after=1.1).lacks_only_there
+    assert not inquiry("cubic_stiffness", after=1.3, misfit=1.3).lacks_only_there
+    assert not inquiry("cubic_stiffness", after=1.3, scatters=True).lacks_only_there
+    assert not inquiry("cubic_stiffness", "end_stop", after=1.3).lacks_only_there
+    assert not inquiry(after=1.3).lacks_only_there
+
+
+def test_what_lacks_an_effect_is_part_of_what_names_it_as_well():
+    one = inquiry("cubic_stiffness", after=1.3)
+    assert one.is_part_of(inquiry("end_stop", "cubic_stiffness"))
+    assert not one.is_part_of(inquiry("end_stop", "cubic_stiffness", after=1.3))
+    assert not one.is_part_of(inquiry("end_stop", "force_gain"))
+    assert not one.is_part_of(inquiry("cubic_stiffness"))
+    assert not one.is_part_of(inquiry())
+    alias = inquiry("displacement_gain", after=1.3, same=("stiffness_error",))
+    assert alias.is_part_of(inquiry("stiffness_error", "end_stop"))
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "taken", "wanted"),
+    [
+        (inquiry("a", after=1.3), inquiry("a", "b"), "second", 2),
+        (inquiry("a", after=1.3), inquiry("c"), "first", 2),
+        (inquiry("a"), inquiry("a", "b"), "first", 1),
+    ],
+)
+def test_other_runs_are_held_out_where_something_else_acts(monkeypatch, first, second, taken, wanted):
+    """And what they show is taken if it is the same and more."""
+    asked = []
+
+    def inquire(paper, held, seed, progress):
+        asked.append(held)
+        return first if len(asked) == 1 else second
+
+    monkeypatch.setattr(whole, "inquire", inquire)
+    monkeypatch.setattr(whole, "split", lambda *_, **wanted: Split(np.zeros(1), np.zeros(1), ("run-1.csv",)))
+    paper: Any = SimpleNamespace(problem=None, ground=SimpleNamespace(bench=None))
+    found = whole._inquired(paper, (), DiagnosisSettings(), Silent())
+    assert found is (first if taken == "first" else second) and len(asked) == wanted
+    asked.clear()
+    assert whole._inquired(paper, ("run-1.csv",), DiagnosisSettings(), Silent()) is first
