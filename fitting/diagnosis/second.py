@@ -26,11 +26,12 @@ NEARLY = 2.0
 """no more than so many times as much above the noise, and both together next to nothing of that:"""
 MENDED = 0.1
 """at most this share, for what mends a shape mends it in part."""
-MENDED_BY_ONE, APART = 0.5, 1.5
-"""Or at most this share, where what is left without this second effect, whatever stands in its place, is so
-many times as much: a wrong shape is mended a little by several, a second effect that acts only by itself. In
-36 sealed cases with one effect no second one did both, in three of 24 with two the right one, and there it
-was not named for want of this."""
+MENDED_BY_ONE, APART, NOT_LITTLE = 0.5, 1.5, 0.2
+"""Or at most this share of more than so much above the noise, where what is left without this second effect,
+whatever stands in its place, is so many times as much: a wrong shape is mended a little by several, a second
+effect that acts only by itself. In 36 sealed cases with one effect no second one did so, in three of 24 with
+two the right one, which was not named for want of this; a contact of another shape left a twelfth above the
+noise, and friction at the guide mended most of that."""
 HARDLY = 0.002
 """A smaller share of the excess is no evidence for a second effect, however little the two leave."""
 
@@ -78,7 +79,9 @@ class Alone:
         second = max(two.keys, key=lambda key: self.misfits.get(key, math.inf))
         without = {second, *self.same.get(second, ())}
         others = [misfit for keys, misfit in self.together.items() if not keys & without]
-        return bool(others) and min([self.best, *others]) - 1 > APART * (two.misfit - 1)
+        if not others or self._left < NOT_LITTLE:
+            return False
+        return min([self.best, *others]) - 1 > APART * (two.misfit - 1)
 
     @property
     def _excess(self) -> float:

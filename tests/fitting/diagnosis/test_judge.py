@@ -325,6 +325,9 @@ def test_a_second_effect_that_nothing_comes_near_is_no_matter_of_shape(others, s
     found = [account(0, 1.46, 2), account(1, 29.0, 2), account(2, 29.0), both(1.126)]
     found += [Account((SHELF[0], key), left, 2) for key, left in zip(SHELF[2:4], others, strict=False)]
     assert judge(29.7, found, SAMPLES, 20.9, SHELF, {SHELF[1]: same}).verdict == verdict
+    little = [account(0, 1.083, 2), account(1, 2.2, 3), both(1.012)]
+    little.append(Account((SHELF[0], SHELF[2]), 1.079, 4))
+    assert judge(2.23, little, SAMPLES / 2, 1.2, SHELF).verdict == "effect"
 
 
 def test_a_second_effect_counts_by_its_share_of_what_the_first_leaves():
