@@ -27,6 +27,9 @@ COMMON = 1.0
 """Standard deviation of what all lanes of a run share."""
 FARTHEST = 0.5
 """A level that is further off, or no number, is an event that was lost."""
+FAR, MEDIAN_DISTANCE = 2.0, 0.6745
+"""No level counts as further from the typical one of its run than so many standard deviations; and the median
+distance of normal values, in these."""
 
 
 class Levels(NamedTuple):
@@ -52,8 +55,28 @@ def steadier(before: Levels, after: Levels, run: np.ndarray) -> float:
     a lane that has lost an event before or after says nothing.
     """
     known = before.where_none_lost([before, after])
-    then, now = (_likelihood(each.best, known, run) for each in (before, after))
+    then, now = (_likelihood(each, known, run) for each in _without_strays(before, after, known.counts, run))
     return now - then
+
+
+def _without_strays(
+    before: Levels, after: Levels, counts: np.ndarray, run: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Levels before and after (lanes) with those that stray no further off than levels mostly do: in a few
+    lanes events were lost that shift a level far, and these would decide."""
+    then, now = before.best.copy(), after.best.copy()
+    for number in np.unique(run[counts]):
+        lanes = (run == number) & counts
+        most = FAR * max(SCALES[0], *(_deviation(values[lanes]) for values in (then, now)))
+        for values in (then, now):
+            middle = float(np.median(values[lanes]))
+            values[lanes] = np.clip(values[lanes], middle - most, middle + most)
+    return then, now
+
+
+def _deviation(values: np.ndarray) -> float:
+    """The standard deviation of normal values as their median distance from the median tells it."""
+    return float(np.median(np.abs(values - np.median(values)))) / MEDIAN_DISTANCE
 
 
 def _likelihood(levels: np.ndarray, known: Levels, run: np.ndarray) -> float:
