@@ -12,9 +12,6 @@ import math
 import numpy as np
 from scipy.stats import t as student
 
-STEP = 1e-4
-"""Of the logarithm of friction, for the slopes of coordinates."""
-
 
 def deviation_of_runs(levels: np.ndarray, variances: np.ndarray) -> float:
     """The standard deviation of friction between runs, as a share of itself.

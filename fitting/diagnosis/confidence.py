@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.between_runs import STEP, deviation_of_runs, uncertainty_of_mean
+from fitting.diagnosis.between_runs import deviation_of_runs, uncertainty_of_mean
 from fitting.diagnosis.layout import LEVELLED, Layout
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Projection, Refit, chosen_columns, job
@@ -17,6 +17,8 @@ from fitting.diagnosis.refit import Projection, Refit, chosen_columns, job
 CLUSTER = 3
 """So many neighbouring lanes of a run share their errors."""
 LEVEL = 0.95
+STEP = 1e-4
+"""Of the logarithm of friction, for the slopes of coordinates."""
 
 
 class Deviations(NamedTuple):

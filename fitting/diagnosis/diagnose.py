@@ -20,7 +20,7 @@ from fitting.diagnosis.inquiry import Inquiry, inquire
 from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.next_run import next_run
-from fitting.diagnosis.over_class import under_others, widened
+from fitting.diagnosis.over_class import over_class
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.repeatability import wander_of
@@ -73,10 +73,7 @@ def diagnose(
     if named is not None:
         shape = shape_variance(found, named)
         mended = estimates(model, dataset, base.bench, after, named.keys, shape)
-        others = under_others(model, found, named)
-        mended = mended._replace(
-            constants=widened(mended.constants, others), others=widened(mended.others, others)
-        )
+        mended = over_class(model, found, named, mended)
         if chosen.words is None:
             correction = correction_of(model.at(after.point.coordinates, named.keys), dataset.rig)
     listed = candidates(model, found)
@@ -128,11 +125,11 @@ def _inquired(
     problem, bench = paper.problem, paper.ground.bench
     held = split(problem, bench, held_out)
     inquiry = inquire(paper, held, settings.seed, progress)
-    if not inquiry.gapes_only_there and not inquiry.lacks_only_there:
+    if not inquiry.is_doubted_there:
         return inquiry
     if not held_out and not held.by_segments:
         other = inquire(paper, split(problem, bench, (), fitted=held.files), settings.seed, progress)
-        if inquiry.is_part_of(other) if inquiry.named else other.named:
+        if other.says_more_than(inquiry):
             return other
     return inquiry if inquiry.named else inquiry.unexplained()
 

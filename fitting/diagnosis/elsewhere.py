@@ -33,20 +33,24 @@ def elsewhere(
         for each, point in zip(alone, points, strict=True)
     ]
     fits = refit(model, bench, begin, frees, iterations=SETTLED, wander=False)
-    best = np.argmin([fit.cost for fit in fits], axis=0)
-    every = np.arange(len(best))
-    least = np.array([fit.cost for fit in fits])[best, every]
-    own = np.array([fit.point.own for fit in fits])[best, every]
-    lost = [fit.cost > SUSPECT * least for fit in fits]
-    some = [number for number in range(len(fits)) if lost[number].any()]
-    lent = [
-        dataclasses.replace(fits[n].point, own=np.where(lost[n][:, None], own, fits[n].point.own))
-        for n in some
-    ]
-    again = refit(model, bench, lent, [frees[n] for n in some], iterations=SETTLED, wander=False)
+    return _begun_where_others_are(model, bench, fits, frees)
+
+
+def _begun_where_others_are(
+    model: Model, bench: Bench, fits: Sequence[Refit], frees: Sequence[np.ndarray]
+) -> list[Refit]:
+    """The refits, each fitted once more with the starts that the best of all has for lanes that it lost."""
+    costs, own = (np.array(values) for values in ([f.cost for f in fits], [f.point.own for f in fits]))
+    best, every = np.argmin(costs, axis=0), np.arange(costs.shape[1])
+    lost = costs > SUSPECT * costs[best, every]
+    out = list(fits)
+    some = np.flatnonzero(lost.any(axis=1)).tolist()
+    starts = [np.where(lost[number][:, None], own[best, every], own[number]) for number in some]
+    begin = [dataclasses.replace(fits[n].point, own=start) for n, start in zip(some, starts, strict=True)]
+    again = refit(model, bench, begin, [frees[n] for n in some], iterations=SETTLED, wander=False)
     for number, fit in zip(some, again, strict=True):
-        fits[number] = min(fits[number], fit, key=lambda one: one.misfit)
-    return fits
+        out[number] = min(fits[number], fit, key=lambda one: one.misfit)
+    return out
 
 
 def in_place(model: Model, bench: Bench, point: Point, lanes: np.ndarray) -> Point:

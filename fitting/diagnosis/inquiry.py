@@ -70,11 +70,18 @@ class Inquiry:
             return False
         return passes_for_noise(self.named.refit.misfit / self.found.floor) and shows_more(self.shrunk)
 
-    def is_part_of(self, other: Inquiry) -> bool:
-        """Whether another inquiry names two effects, one of which this one names, and lacks nothing."""
-        if other.named is None or len(other.named.keys) < 2 or shows_more(other.shrunk):
-            return False
-        return not {*self.found.judgement.named}.isdisjoint(other.named.keys)
+    @property
+    def is_doubted_there(self) -> bool:
+        """Whether only what was held out shows a gap, or that something else acts."""
+        return self.gapes_only_there or self.lacks_only_there
+
+    def says_more_than(self, other: Inquiry) -> bool:
+        """Whether it names something where the other names nothing, or two effects, of which the other names
+        one, and lacks nothing then."""
+        if self.named is None or other.named is None:
+            return self.named is not None
+        same = not {*other.found.judgement.named}.isdisjoint(self.named.keys)
+        return same and len(self.named.keys) > 1 and not shows_more(self.shrunk)
 
     def unexplained(self) -> Inquiry:
         """The inquiry once what gapes only there is no "none": something acts that the fitted lanes do not

@@ -10,6 +10,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 
 from fitting.diagnosis.attribute import Attribution
+from fitting.diagnosis.estimates import Estimates
 from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit
@@ -22,9 +23,18 @@ Times = Mapping[str, float]
 """How many times as large each constant is under another effect of the class."""
 
 
+def over_class(model: Model, found: Attribution, named: Explanation, under_it: Estimates) -> Estimates:
+    """Estimates with intervals of constants, and of the rig, that hold what these would be under the other
+    effects of the classes of what is named, too."""
+    others = under_others(model, found, named)
+    return under_it._replace(
+        constants=tuple(widened(constant, others) for constant in under_it.constants),
+        others=tuple(widened(constant, others) for constant in under_it.others),
+    )
+
+
 def under_others(model: Model, found: Attribution, named: Explanation) -> list[Times]:
-    """What becomes of the constants under the other effects of the classes of what is named, each in the
-    place of the one that it is not told from."""
+    """What becomes of the constants under these, each in the place of the one that it is not told from."""
     instead = {
         frozenset({*named.keys} - {key} | {other})
         for key, *others in found.judgement.same
@@ -39,12 +49,8 @@ def under_others(model: Model, found: Attribution, named: Explanation) -> list[T
     ]
 
 
-def widened(constants: Sequence[Constant], others: Sequence[Times]) -> tuple[Constant, ...]:
-    """The constants with intervals that hold what they would be under the others, too."""
-    return tuple(_widened(constant, others) for constant in constants)
-
-
-def _widened(constant: Constant, others: Sequence[Times]) -> Constant:
+def widened(constant: Constant, others: Sequence[Times]) -> Constant:
+    """A constant with an interval that holds what it would be under others, too."""
     low, high, error = constant.low, constant.high, constant.standard_error
     if low is None or high is None or error is None or not low < high:
         return constant

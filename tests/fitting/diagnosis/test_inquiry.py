@@ -95,15 +95,16 @@ def test_one_effect_lacks_something_where_only_runs_show_it_that_took_no_part():
     assert not inquiry(after=1.3).lacks_only_there
 
 
-def test_what_lacks_an_effect_is_part_of_what_names_it_as_well():
+def test_two_effects_say_more_than_one_of_them_that_lacks_the_other():
     one = inquiry("cubic_stiffness", after=1.3)
-    assert one.is_part_of(inquiry("end_stop", "cubic_stiffness"))
-    assert not one.is_part_of(inquiry("end_stop", "cubic_stiffness", after=1.3))
-    assert not one.is_part_of(inquiry("end_stop", "force_gain"))
-    assert not one.is_part_of(inquiry("cubic_stiffness"))
-    assert not one.is_part_of(inquiry())
+    assert inquiry("end_stop", "cubic_stiffness").says_more_than(one)
+    assert not inquiry("end_stop", "cubic_stiffness", after=1.3).says_more_than(one)
+    assert not inquiry("end_stop", "force_gain").says_more_than(one)
+    assert not inquiry("cubic_stiffness").says_more_than(one)
+    assert not inquiry().says_more_than(one)
+    assert one.says_more_than(inquiry()) and not inquiry().says_more_than(inquiry())
     alias = inquiry("displacement_gain", after=1.3, same=("stiffness_error",))
-    assert alias.is_part_of(inquiry("stiffness_error", "end_stop"))
+    assert inquiry("stiffness_error", "end_stop").says_more_than(alias)
 
 
 @pytest.mark.parametrize(
