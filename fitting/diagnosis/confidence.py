@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +16,6 @@ from fitting.diagnosis.refit import Projection, Refit, chosen_columns, job
 CLUSTER = 3
 """So many neighbouring lanes of a run share their errors."""
 LEVEL = 0.95
-STEP = 1e-4
-"""Of the logarithm of friction, for the slopes of coordinates."""
 
 
 class Deviations(NamedTuple):
@@ -63,9 +60,8 @@ def _slopes(model: Model, found: Refit) -> np.ndarray:
     """By how much the free coordinates change with the logarithm of friction."""
     slopes = np.zeros(len(found.free))
     for number in model.index(*LEVELLED):
-        member, at = model.members[number], found.point.coordinates[number]
-        up, down = (member.to_coordinate(member.to_value(at) * math.exp(step)) for step in (STEP, -STEP))
-        slopes[found.free == number] = (up - down) / (2 * STEP)
+        logarithmic = model.members[number].kind == "log"
+        slopes[found.free == number] = 1.0 if logarithmic else found.point.coordinates[number]
     return slopes
 
 

@@ -62,6 +62,4 @@ def in_place(model: Model, bench: Bench, point: Point, lanes: np.ndarray) -> Poi
     by_run = point.by_run.copy()
     alone = np.setdiff1d(some.run, np.delete(bench.run, lanes))
     by_run[alone] = found.by_run[alone]
-    own = point.own.copy()
-    own[lanes] = found.own
-    return dataclasses.replace(point, by_run=by_run, own=own)
+    return dataclasses.replace(found.among(point.own, lanes), by_run=by_run)

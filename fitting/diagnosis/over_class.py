@@ -61,7 +61,4 @@ def widened(constant: Constant, others: Sequence[Times]) -> Constant:
 
 
 def _values(model: Model, fit: Refit) -> dict[str, float]:
-    return {
-        model.names[number]: float(model.members[number].to_value(fit.point.coordinates[number]))
-        for number in fit.free.tolist()
-    }
+    return model.values(fit.point.coordinates, [model.names[number] for number in fit.free.tolist()])

@@ -16,6 +16,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import median_abs_deviation
 
 SCALES = np.geomspace(1e-3, 0.3, 25)
 """Standard deviations that are tried; friction keeps no stiller than the least, whatever a model says."""
@@ -67,16 +68,12 @@ def _without_strays(
     then, now = before.best.copy(), after.best.copy()
     for number in np.unique(run[counts]):
         lanes = (run == number) & counts
-        most = FAR * max(SCALES[0], *(_deviation(values[lanes]) for values in (then, now)))
+        spread = (median_abs_deviation(values[lanes], scale=MEDIAN_DISTANCE) for values in (then, now))
+        most = FAR * max(SCALES[0], *spread)
         for values in (then, now):
             middle = float(np.median(values[lanes]))
             values[lanes] = np.clip(values[lanes], middle - most, middle + most)
     return then, now
-
-
-def _deviation(values: np.ndarray) -> float:
-    """The standard deviation of normal values as their median distance from the median tells it."""
-    return float(np.median(np.abs(values - np.median(values)))) / MEDIAN_DISTANCE
 
 
 def _likelihood(levels: np.ndarray, known: Levels, run: np.ndarray) -> float:

@@ -99,9 +99,7 @@ def _evened(chosen: Chosen, every: Bench, plain: Bench, held: Split, best: Point
     ground = chosen.ground
     point = in_place(model, every, best.among(ground.point.own, held.fitted), held.held)
     whole = scatter.evened(model, every, point)
-    own = ground.point.own.copy()
-    own[held.held] = point.own[held.held]
-    begin = dataclasses.replace(ground.point, own=own)
+    begin = ground.point.take(held.fitted).among(point.own, held.fitted)
     ground = dataclasses.replace(ground, bench=whole, point=begin, scatter=scatter)
     evened = resolved(model, scatter.evened(model, plain, best), best)
     return dataclasses.replace(chosen, ground=ground), evened

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -18,14 +19,12 @@ NAMES = ("C", "k1", "force_gain.gain")
 TIMES = some.lists(some.floats(0.5, 2.0), max_size=3)
 
 
-class Doubling:
-    """A coordinate that is the logarithm to the base 2."""
-
-    def to_value(self, coordinate: float) -> float:
-        return 2.0**coordinate
+def values(coordinates: np.ndarray, names: Sequence[str]) -> dict[str, float]:
+    """Parameters whose coordinates are their logarithms to the base 2."""
+    return {name: 2.0 ** coordinates[NAMES.index(name)] for name in names}
 
 
-MODEL: Any = SimpleNamespace(names=NAMES, members=[Doubling() for _ in NAMES])
+MODEL: Any = SimpleNamespace(names=NAMES, values=values)
 
 
 def explanation(*keys: str, coordinates: tuple[float, ...], misfit: float = 1.0) -> Explanation:
