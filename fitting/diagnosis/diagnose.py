@@ -27,7 +27,7 @@ from fitting.diagnosis.repeatability import wander_of
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shape_error import shape_variance
 from fitting.diagnosis.shrink import Split, split
-from fitting.diagnosis.words import advice, differing, notes, sentence, steps_taken
+from fitting.diagnosis.words import advice, bursting, differing, notes, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
 from fitting.segments import Segment
@@ -85,7 +85,13 @@ def diagnose(
         named=judgement.named,
         probabilities=judgement.effects,
         sentence=sentence(
-            model, judgement, shrunk, where, wander_of(found.nominal), restless=inquiry.unsteady
+            model,
+            judgement,
+            shrunk,
+            where,
+            wander_of(found.nominal),
+            restless=inquiry.unsteady,
+            rises=inquiry.bursts,
         ),
         where=where,
         residual_force=force,
@@ -104,6 +110,7 @@ def diagnose(
         notes=(
             *inquiry.doubts,
             *notes(problem, found, named, where, held, chosen, shrunk),
+            *bursting(inquiry.bursts),
             *differing(mended.between_runs, len(problem.chosen)),
         ),
         steps=steps_taken(problem, model, found, base, held, chosen),

@@ -6,6 +6,7 @@ import dataclasses
 
 from fitting.diagnosis.attribute import Attribution, attribute
 from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.bursts import Bursts, bursts
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.explanation import Explanation
@@ -44,7 +45,8 @@ something did."""
 class Inquiry:
     """What explains the lanes that are fitted: the contact, the bench of these lanes, the attribution, and
     what the verdict rests on; how far the gap shrinks on the lanes that are held out; what speaks against the
-    verdict. `unsteady`: friction scatters more than friction does that wanders."""
+    verdict. `unsteady`: friction scatters more than friction does that wanders; `bursts`: it rises for
+    moments."""
 
     chosen: Chosen
     bench: Bench
@@ -53,6 +55,7 @@ class Inquiry:
     named: Explanation | None
     shrunk: Closure
     unsteady: bool
+    bursts: Bursts | None = None
     doubts: tuple[str, ...] = ()
 
     @property
@@ -102,10 +105,10 @@ def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquir
         chosen, found = beside_a_pair(chosen, bench, found, held, progress)
     if chosen.words is None:
         chosen, found = in_place_of_one_of_two(chosen, bench, found, held, progress)
-    unsteady = found.judgement.verdict == "none" and restless(
-        chosen.problem, chosen.model, found.nominal, chosen.ground.scatter
-    )
-    if unsteady:
+    nothing = found.judgement.verdict == "none"
+    unsteady = nothing and restless(chosen.problem, chosen.model, found.nominal, chosen.ground.scatter)
+    rises = bursts(paper.model, paper.ground, paper.problem.period)
+    if unsteady or (nothing and rises is not None):
         found = found.astray()
     progress.stage("how far the gap shrinks", 1)
     first = _named(found)
@@ -120,7 +123,7 @@ def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquir
         elif named is not first:
             shrunk = _shrunk(chosen, held, found, named, seed)
     progress.advance()
-    return Inquiry(chosen, bench, held, found, named, shrunk, unsteady, doubts)
+    return Inquiry(chosen, bench, held, found, named, shrunk, unsteady, rises, doubts)
 
 
 def _named(found: Attribution) -> Explanation | None:

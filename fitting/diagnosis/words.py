@@ -9,6 +9,7 @@ import numpy as np
 
 from fitting.diagnosis.attribute import LOST, Attribution
 from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.bursts import Bursts
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.explanation import Explanation
@@ -46,15 +47,23 @@ def sentence(
     wander: float = 0.0,
     *,
     restless: bool = False,
+    rises: Bursts | None = None,
 ) -> str:
     """The verdict in one sentence. `wander`: by how many percent friction wanders under the nominal model;
-    `restless`: whether what does not repeat itself is all there is, and more than that can be."""
+    `restless`: whether what does not repeat itself is all there is, and more than that can be; `rises`: whether
+    friction rises for moments."""
     titles = [_title(model, key) for key in judgement.named]
     if judgement.verdict == "none":
         far = f", if friction may wander by {wander:.2g} % from segment to segment" if wander > MUCH else ""
         return (
             f"The records agree with the simulator within their noise{far}: no effect on the shelf is called "
             "for."
+        )
+    if judgement.verdict == "unlisted" and rises is not None:
+        return (
+            "No effect on the shelf explains the records: friction rises for moments, "
+            f"by {100 * rises.height:.2g} % in {rises.runs} of {rises.of} runs, as particles or debris in the "
+            "contact make it."
         )
     if judgement.verdict == "unlisted" and restless:
         return (
@@ -259,6 +268,17 @@ def remainders(found: Attribution, named: Explanation | None, shrunk: Closure) -
             f"part {shrunk.after / shrunk.floor:.3g} times what no model can get below: {why}"
         ]
     return []
+
+
+def bursting(rises: Bursts | None) -> list[str]:
+    """What is to be known where friction rises for moments."""
+    if rises is None:
+        return []
+    return [
+        f"Friction rises for moments in {rises.runs} of {rises.of} runs, by {100 * rises.height:.2g} % of itself "
+        f"in {100 * rises.share:.2g} % of the time of fast sliding, and never falls as far: look for particles, "
+        "debris or transferred patches in the contact."
+    ]
 
 
 def stiller(named: Sequence[str], before: float, after: float) -> list[str]:

@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
+from fitting.diagnosis.bursts import Bursts
 from fitting.diagnosis.judge import Judgement
 from fitting.diagnosis.scatter import Scatter
-from fitting.diagnosis.words import refutation, remainders, scattering, sentence, stiller
+from fitting.diagnosis.words import bursting, refutation, remainders, scattering, sentence, stiller
 from jaxstick.catalogue import catalogue
 
 ONE, OTHER, ALIAS = "constant_force", "base_delay", "base_relative_damping"
@@ -61,6 +62,17 @@ def test_what_is_more_than_friction_that_wanders_is_said(diagnosis):
     said = sentence(model, judgement, diagnosis.closure, diagnosis.where, 0.012, restless=True)
     assert "no friction that wanders" in said and "changes by 0.012 % only" in said
     assert "times the noise" in sentence(model, judgement, diagnosis.closure, diagnosis.where, 0.012)
+
+
+def test_friction_that_rises_for_moments_is_said(diagnosis):
+    """It is the verdict where nothing else is, and a note where something is named."""
+    model: Any = None
+    judgement = Judgement({"unlisted": 1.0}, {}, "unlisted", (), {}, {})
+    rises = Bursts(5, 6, 0.023, 0.12)
+    said = sentence(model, judgement, diagnosis.closure, diagnosis.where, 0.012, restless=True, rises=rises)
+    assert "friction rises for moments, by 12 % in 5 of 6 runs" in said
+    (note,) = bursting(rises)
+    assert "by 12 % of itself in 2.3 % of the time of fast sliding" in note and bursting(None) == []
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,113 @@
+"""Friction that rises for moments: wear particles, debris, patches of transferred material in the contact.
+
+A third body lifts friction while it is between the surfaces and lets go of it afterwards (Godet, Wear 100
+(1984) 437). It comes at no phase of the motion and at no place, so that no effect that repeats itself takes
+it, and in the mean of a segment it looks like friction that wanders. What tells it is that friction is now
+and then far above what it is at that speed, and never as far below.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import median_abs_deviation
+
+from fitting.diagnosis.ground import Ground
+from fitting.diagnosis.model import Model
+
+WINDOW = 0.05
+"""Friction is looked at in windows of so much of a natural period,"""
+FAST = 0.5
+"""in which the mass is faster than this share of the root mean square of its speed in the run: at breakaway and
+arrest a model that is slightly off leaves as much."""
+FEWEST_WINDOWS = 30
+HIGH = 5.0
+"""So many robust standard deviations off is far. In sealed cases friction rose as far in 2 to 9 % of windows, and
+never fell as far, where particles were in the contact and in so many runs: five or six of six in three of four; in
+113 other cases in two of six at most."""
+OFTEN = 0.01
+"""It is to do so in more than this share of the windows of a run,"""
+FEWEST_RUNS = 3
+"""and in so many runs at least: in one, a burst may be a segment that was lost."""
+ALTERNATIONS = 3
+"""So many times in turn what is usual is fitted and the scale taken of what that leaves."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Bursts:
+    """In how many runs, of how many, friction rises for moments; the share of the time of fast sliding that it
+    does there, and by what share of itself (medians over runs)."""
+
+    runs: int
+    of: int
+    share: float
+    height: float
+
+
+def bursts(model: Model, base: Ground, period: float) -> Bursts | None:
+    """What there is of bursts in more than half of the runs, None where there is not as much, or no friction
+    force. `period`: the natural one [s]."""
+    bench, point = base.bench, base.point
+    lanes = bench.lanes
+    weight = np.asarray(lanes.friction_weight)
+    _, expected, velocity, _ = model.predict(point.keys, lanes, point.each(model, bench), point.own)
+    rise = (np.asarray(lanes.friction) - expected) * np.sign(expected)
+    size = max(round(WINDOW * bench.samples(period)), 2)
+    windows = [_windowed(values, size) for values in (rise, np.abs(expected), velocity, weight)]
+    found, seen = [], 0
+    for run in np.unique(bench.run):
+        mine = [values[bench.run == run].reshape(-1, size) for values in windows]
+        counted = np.all(mine[3] > 0, axis=1)
+        if not counted.any():
+            continue
+        seen += 1
+        burst = _in_run(*(values[counted] for values in mine[:3]))
+        found += [] if burst is None else [burst]
+    if len(found) < FEWEST_RUNS or 2 * len(found) <= seen:
+        return None
+    share, height = np.median(found, axis=0)
+    return Bursts(len(found), seen, float(share), float(height))
+
+
+def _windowed(values: np.ndarray, size: int) -> np.ndarray:
+    """Values (lanes, samples) in windows (lanes, windows, size), without what is left over at the end."""
+    whole = values.shape[1] // size
+    return values[:, : whole * size].reshape(len(values), whole, size)
+
+
+def _in_run(rise: np.ndarray, friction: np.ndarray, velocity: np.ndarray) -> tuple[float, float] | None:
+    """The share of the windows (windows, samples) of a run in which friction rises far, and by what share of
+    itself; None where that is rare, or it falls as far."""
+    speed = np.abs(velocity)
+    fast = speed.min(axis=1) > FAST * np.sqrt(np.mean(velocity**2))
+    if fast.sum() < FEWEST_WINDOWS:
+        return None
+    above = _above_usual(rise[fast].mean(axis=1), velocity[fast].mean(axis=1))
+    spread = median_abs_deviation(above, scale="normal")
+    high = above > HIGH * spread
+    if high.mean() <= OFTEN or (above < -HIGH * spread).any():
+        return None
+    level = np.median(friction[fast].mean(axis=1))
+    return float(high.mean()), float(np.median(above[high]) / level)
+
+
+def _above_usual(rise: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """How far it rises above what it usually does at that speed in that direction: a parabola by robust
+    regression, whose scale is that of what it leaves."""
+    sense, speed = np.sign(velocity), np.abs(velocity) / np.max(np.abs(velocity))
+    design = np.stack([np.ones_like(speed), speed, speed**2, sense, sense * speed], axis=1)
+    coefficients = np.array([np.median(rise), 0.0, 0.0, 0.0, 0.0])
+    left = rise - design @ coefficients
+    for _ in range(ALTERNATIONS):
+        scale = max(float(median_abs_deviation(left, scale="normal")), 1e-300)
+        solution = least_squares(
+            lambda values, scale=scale: (rise - design @ values) / scale,
+            coefficients,
+            jac=lambda values, scale=scale: -design / scale,  # pyright: ignore[reportArgumentType]
+            loss="cauchy",
+        )
+        coefficients = solution.x
+        left = rise - design @ coefficients
+    return left
