@@ -20,13 +20,14 @@ from fitting.diagnosis.model import Model
 WINDOW = 0.05
 """Friction is looked at in windows of so much of a natural period,"""
 FAST = 0.5
-"""in which the mass is faster than this share of the root mean square of its speed in the run: at breakaway and
-arrest a model that is slightly off leaves as much."""
+"""in which the mass is faster than this share of the root mean square of its speed in the run: at breakaway
+and arrest a model that is slightly off leaves as much."""
 FEWEST_WINDOWS = 30
+"""So many are needed to say anything of a run."""
 HIGH = 5.0
-"""So many robust standard deviations off is far. In sealed cases friction rose as far in 2 to 9 % of windows, and
-never fell as far, where particles were in the contact and in so many runs: five or six of six in three of four; in
-113 other cases in two of six at most."""
+"""So many robust standard deviations off is far. In three of four sealed cases with particles in the contact
+friction rose as far in 2 to 9 % of the windows, and never fell as far, in five or six of six runs; in 211
+other cases it did so in three of six at most."""
 OFTEN = 0.01
 """It is to do so in more than this share of the windows of a run,"""
 FEWEST_RUNS = 3
@@ -37,8 +38,8 @@ ALTERNATIONS = 3
 
 @dataclasses.dataclass(frozen=True)
 class Bursts:
-    """In how many runs, of how many, friction rises for moments; the share of the time of fast sliding that it
-    does there, and by what share of itself (medians over runs)."""
+    """In how many runs, of how many, friction rises for moments; the share of the time of fast sliding that
+    it does so there, and by what share of itself (medians over runs)."""
 
     runs: int
     of: int

@@ -10,6 +10,7 @@ from fitting.account import joined
 from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution
 from fitting.diagnosis.comparison import candidates, likeness
+from fitting.diagnosis.constancy import trend_of
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.detection import limits
 from fitting.diagnosis.estimates import estimates
@@ -27,7 +28,7 @@ from fitting.diagnosis.repeatability import wander_of
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shape_error import shape_variance
 from fitting.diagnosis.shrink import Split, split
-from fitting.diagnosis.words import advice, bursting, differing, notes, sentence, steps_taken
+from fitting.diagnosis.words import advice, bursting, changing, differing, notes, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
 from fitting.segments import Segment
@@ -60,10 +61,13 @@ def diagnose(
     base = ground(problem, model, fitting, progress, model.groups())
     inquiry = _inquired(Chosen(problem, model, base), held_out, settings, progress)
     chosen, bench, held = inquiry.chosen, inquiry.bench, inquiry.held
-    found, named, shrunk = inquiry.found, inquiry.named, inquiry.shrunk
     problem, model, base = chosen.problem, chosen.model, chosen.ground
     progress.stage("everything fitted once more", 2)
-    before, after = _finally(model, base, held, found, named)
+    before, after = _finally(model, base, held, inquiry.found, inquiry.named)
+    keys = tuple(model.shelf.effects) if inquiry.named is None else inquiry.named.keys
+    inquiry = inquiry.inconstant(trend_of(model, base.bench, after, keys))
+    found, named, shrunk = inquiry.found, inquiry.named, inquiry.shrunk
+    after = before if named is None else after
     progress.advance()
     seen_before, seen_after = (see(model, base.bench, fit.point) for fit in (before, after))
     where = localise(problem, model, base.bench, base.segments, before, seen_before, found)
@@ -92,6 +96,7 @@ def diagnose(
             wander_of(found.nominal),
             restless=inquiry.unsteady,
             rises=inquiry.bursts,
+            trend=inquiry.trend,
         ),
         where=where,
         residual_force=force,
@@ -111,6 +116,7 @@ def diagnose(
             *inquiry.doubts,
             *notes(problem, found, named, where, held, chosen, shrunk),
             *bursting(inquiry.bursts),
+            *changing(inquiry.trend),
             *differing(mended.between_runs, len(problem.chosen)),
         ),
         steps=steps_taken(problem, model, found, base, held, chosen),

@@ -7,6 +7,7 @@ import dataclasses
 from fitting.diagnosis.attribute import Attribution, attribute
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.bursts import Bursts, bursts
+from fitting.diagnosis.constancy import Trend
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.explanation import Explanation
@@ -46,7 +47,7 @@ class Inquiry:
     """What explains the lanes that are fitted: the contact, the bench of these lanes, the attribution, and
     what the verdict rests on; how far the gap shrinks on the lanes that are held out; what speaks against the
     verdict. `unsteady`: friction scatters more than friction does that wanders; `bursts`: it rises for
-    moments."""
+    moments; `trend`: what is named, or would be, changes along the runs."""
 
     chosen: Chosen
     bench: Bench
@@ -56,6 +57,7 @@ class Inquiry:
     shrunk: Closure
     unsteady: bool
     bursts: Bursts | None = None
+    trend: Trend | None = None
     doubts: tuple[str, ...] = ()
 
     @property
@@ -85,6 +87,16 @@ class Inquiry:
             return self.named is not None
         same = not {*other.found.judgement.named}.isdisjoint(self.named.keys)
         return same and len(self.named.keys) > 1 and not shows_more(self.shrunk)
+
+    def inconstant(self, trend: Trend | None) -> Inquiry:
+        """The inquiry once an effect is seen to change along the runs, as none on the shelf does: what is
+        named is not the cause, and where nothing is, it is not nothing."""
+        if trend is None:
+            return self
+        if self.named is None:
+            return dataclasses.replace(self, found=self.found.astray(), trend=trend)
+        found = dataclasses.replace(self.found, judgement=refuted(self.found.judgement, UNLISTED))
+        return dataclasses.replace(self, found=found, named=None, shrunk=left_open(self.shrunk), trend=trend)
 
     def unexplained(self) -> Inquiry:
         """The inquiry once what gapes only there is no "none": something acts that the fitted lanes do not
@@ -123,7 +135,7 @@ def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquir
         elif named is not first:
             shrunk = _shrunk(chosen, held, found, named, seed)
     progress.advance()
-    return Inquiry(chosen, bench, held, found, named, shrunk, unsteady, rises, doubts)
+    return Inquiry(chosen, bench, held, found, named, shrunk, unsteady, rises, doubts=doubts)
 
 
 def _named(found: Attribution) -> Explanation | None:

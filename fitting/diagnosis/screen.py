@@ -10,17 +10,15 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import qmc
 
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.layout import Layout, owners, strengths_of
-from fitting.diagnosis.model import Job, Model
-from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import Projection, Refit, chosen_columns, job
-from fitting.diagnosis.wander import allowed
+from fitting.diagnosis.layout import owners, strengths_of
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import Refit, job
+from fitting.diagnosis.scores import Table, places_of, templates_of
 from jaxstick.effect import Leftover
 
 SHAPES = 31
@@ -35,8 +33,6 @@ FORBIDDEN = 0.1
 model may be where it is screened, signs may be wrong."""
 SEEN = 1e-6
 """A typical size of an effect that moves chi-square by less cannot be seen in these records at all."""
-PEAK, EDGES = 4.0, 0.95
-"""What a time does to a sample counts up to so many times what it does to one of its edges, this quantile."""
 
 
 Shapes = Sequence[Mapping[str, np.ndarray]]
@@ -131,33 +127,27 @@ def screen(
     groups = [tuple(key for key in group if key not in present) for group in among]
     groups = [group for group in groups if group]
     keys = [key for group in groups for key in group]
-    places = _places(model, bench, keys)
+    places = places_of(model, bench, keys)
     given = _promising_shapes(model, bench, at, groups) if shapes is None else shapes
     others = [
         {key: shape for key, shape in tried.items() if key in keys and key != instead_of} for tried in given
     ]
     points = [_with_shapes(model, at.point.coordinates, tried) for tried in ({}, *others)]
-    common, templates = _templates(model, bench, at, groups, points)
+    common, templates = templates_of(model, bench, at, groups, points)
     if instead_of is not None:
         strengths = strengths_of(model, bench, at.point, instead_of)
         common = common.less(templates[0], places[keys.index(instead_of)], strengths)
-    tables = [_Table(model, bench, at, common, part) for part in templates]
-    usual = [tables[0].promise(key, place, np.zeros(0)) for key, place in zip(keys, places, strict=True)]
+    tables = [Table(model, bench, at, common, part) for part in templates]
+    usual = [_promise(tables[0], key, place, np.zeros(0)) for key, place in zip(keys, places, strict=True)]
     found = []
     for key, place, promise in zip(keys, places, usual, strict=True):
         made = [promise]
         tried = zip(tables[1:], others, strict=True)
-        made += [table.promise(key, place, shape[key]) for table, shape in tried if key in shape]
+        made += [_promise(table, key, place, shape[key]) for table, shape in tried if key in shape]
         made.sort(key=lambda promise: -promise.worth)
         found.append(dataclasses.replace(made[0], second=made[1] if len(made) > 1 else None))
     found.sort(key=lambda promise: -promise.score)
     return Screen(tuple(found), tuple(keys), tuple(usual), tables[0].cosines(places), others)
-
-
-def _places(model: Model, bench: Bench, keys: Sequence[str]) -> list[np.ndarray]:
-    counts = [len(owners(model, bench, key)) for key in keys]
-    ends = np.cumsum(counts)
-    return [np.arange(end - count, end) for end, count in zip(ends, counts, strict=True)]
 
 
 def _with_shapes(model: Model, coordinates: np.ndarray, shapes: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -181,7 +171,7 @@ def _promising_shapes(model: Model, bench: Bench, at: Refit, groups: Sequence[tu
     point = at.point.take(few)
     thin = dataclasses.replace(at, point=point, weights=at.weights[few])
     keys = [key for group in shaped for key in group]
-    places = _places(model, part, keys)
+    places = places_of(model, part, keys)
     draws = np.vstack([[0.5, 0.5], qmc.Halton(2, scramble=False).random(SHAPES + 1)[1:]])
     shifts = REACH * (2 * draws - 1)
     tried = [
@@ -190,12 +180,12 @@ def _promising_shapes(model: Model, bench: Bench, at: Refit, groups: Sequence[tu
     ]
     tried.append(_read_off(model, part, point, keys))
     moved = [_with_shapes(model, at.point.coordinates, shapes) for shapes in tried]
-    common, templates = _templates(model, part, thin, shaped, moved)
-    tables = [_Table(model, part, thin, common, whole) for whole in templates]
+    common, templates = templates_of(model, part, thin, shaped, moved)
+    tables = [Table(model, part, thin, common, whole) for whole in templates]
     best: dict[str, np.ndarray] = {}
     other: dict[str, np.ndarray] = {}
     for key, place in zip(keys, places, strict=True):
-        scores = [table.promise(key, place, np.zeros(0)).worth for table in tables]
+        scores = [_promise(table, key, place, np.zeros(0)).worth for table in tables]
         best[key] = tried[int(np.argmax(scores))][key]
         apart = [float(np.max(np.abs(shapes[key] - best[key]))) > APART for shapes in tried]
         if any(apart):
@@ -239,155 +229,26 @@ def _shape(model: Model, key: str, coordinates: np.ndarray, number: int, shift: 
     return np.clip(wanted, model.lower[own], model.upper[own])
 
 
-class _Seen(NamedTuple):
-    """Columns of every lane (lanes, rows, columns), weighted and with the lane's own projected out, and how
-    the lane's own answers to them (lanes, own, columns)."""
-
-    columns: np.ndarray
-    answer: np.ndarray
-
-    def less(self, other: _Seen, place: np.ndarray, amounts: np.ndarray) -> _Seen:
-        """The same without so much of some columns of another in the last column."""
-        made = _Seen(self.columns.copy(), self.answer.copy())
-        for mine, theirs in zip(made, other, strict=True):
-            mine[:, :, -1] -= theirs[:, :, place] @ amounts
-        return made
-
-
-def _templates(
-    model: Model, bench: Bench, at: Refit, groups: Sequence[tuple[str, ...]], points: Sequence[np.ndarray]
-) -> tuple[_Seen, list[_Seen]]:
-    """Level, base unknowns and residual per lane (1 + base + 1 columns), and for every point the columns of
-    all strengths."""
-    count, deviation = len(bench.lanes), allowed(bench.lanes, at.point.widths)
-    every = np.tile(np.arange(count), len(points))
-    jobs = [job(model, bench, at.point, chosen_columns(at.free, model.level, count))]
-    asked: list[np.ndarray] = []
-    for group in groups:
-        wanted = np.concatenate([model.index(*model.shelf.strengths[key]) for key in group])
-        for first in range(0, len(wanted), COLUMNS):
-            few = wanted[first : first + COLUMNS]
-            chosen = np.pad(few, (0, COLUMNS - len(few)), constant_values=-1)
-            each = np.repeat(points, count, axis=0)
-            each[:, model.by_run] = at.point.by_run[np.tile(bench.run, len(points))]
-            attached = model.together(at.point.keys, *group)
-            own, chosen = at.point.own[every], np.tile(chosen, (len(every), 1))
-            jobs.append(Job(attached, bench.lanes, deviation[every], each, own, chosen, bench.whitener))
-            asked.append(few)
-    base, *others = model.columns(jobs)
-    project = Projection(base)
-    root = np.sqrt(at.weights)[:, None, None]
-
-    def seen(columns: np.ndarray) -> _Seen:
-        return _Seen(project(columns * root), project.answer(columns))
-
-    unknowns = base.jacobian[:, :, : 1 + len(at.free)]
-    common = seen(np.concatenate([unknowns, base.residual[:, :, None]], axis=2))
-    templates = []
-    for number in range(len(points)):
-        own = slice(number * count, (number + 1) * count)
-        columns = [
-            column
-            for other, few in zip(others, asked, strict=True)
-            for column in _run_by_run(model, bench, few, bounded(model, few, other.jacobian[own]))
-        ]
-        templates.append(seen(np.concatenate(columns, axis=2)))
-    return common, templates
-
-
-def bounded(model: Model, numbers: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
-    """The columns of strengths (lanes, rows, ..), those of times without their peaks: a jump of the force
-    within one step, shifted in time, would outweigh all that is to be seen elsewhere."""
-    lasting = [place for place, number in enumerate(numbers.tolist()) if model.members[number].unit == "s"]
-    if not lasting:
-        return jacobian
-    seen = jacobian.copy()
-    for place in lasting:
-        size = np.abs(jacobian[:, :, place])
-        most = PEAK * np.quantile(size[size > 0], EDGES) if np.any(size > 0) else 0.0
-        seen[:, :, place] = np.clip(jacobian[:, :, place], -most, most)
-    return seen
-
-
-def _run_by_run(model: Model, bench: Bench, numbers: np.ndarray, jacobian: np.ndarray) -> list[np.ndarray]:
-    """The columns (lanes, rows, ..) of strengths, one that every run has of its own as a column for each."""
-    mine = (bench.run[:, None] == np.unique(bench.run))[:, None, :]
-    return [
-        jacobian[:, :, [place]] * (mine if number in model.by_run else 1.0)
-        for place, number in enumerate(numbers.tolist())
-    ]
-
-
-class _Table:
-    """Products of the strengths' columns with one another and with the residual, the base eliminated."""
-
-    def __init__(
-        self,
-        model: Model,
-        bench: Bench,
-        at: Refit,
-        common: _Seen,
-        templates: _Seen,
-    ) -> None:
-        self.model, self.bench = model, bench
-        base = common.columns[:, :, :-1]
-        own = base.transpose(0, 2, 1)
-        wanted = np.concatenate([templates.columns, common.columns[:, :, -1:]], axis=2)
-        across = own @ wanted
-        layout = Layout.of(model, bench, at.free)
-        coupling, curvature = layout.summed(bench.run, across, own @ base)
-        prior = layout.prior(model, at.point)
-        coupling[:, -1] += prior.gradient
-        curvature += prior.curvature
-        curvature += np.diag(1e-12 * np.diag(curvature) + 1e-30)
-        slope = np.linalg.solve(curvature, coupling)
-        products = wanted.transpose(0, 2, 1) @ wanted
-        self.gram = products.sum(0) - coupling.T @ slope
-        self.response = -slope
-        mine = self.response[layout.index[bench.run]]
-        self.own = np.concatenate([templates.answer, common.answer[:, :, -1:]], axis=2)
-        self.own = self.own + np.einsum("lob,lbe->loe", common.answer[:, :, :-1], mine)
-        by_lane = products[:, :, -1] - np.einsum(
-            "lc,lce->le", across[:, :, -1], slope[layout.index[bench.run]]
-        )
-        self.by_lane = by_lane[:, :-1]
-
-    def promise(self, key: str, place: np.ndarray, shape: np.ndarray) -> Promise:
-        information = self.gram[np.ix_(place, place)]
-        information = information + np.diag(1e-9 * np.diag(information) + 1e-30)
-        pull = -self.gram[place, -1]
-        change = np.linalg.solve(information, pull)
-        scale = np.diag(information)
-        inflation = float(np.median(np.sum(self.by_lane[:, place] ** 2, axis=0) / scale))
-        around, room = self.response[:, -1], self.response[:, place] @ change
-        own_around, own_room = self.own[:, :, -1], self.own[:, :, place] @ change
-        owner = [number for number, _ in owners(self.model, self.bench, key)]
-        of_strength = np.array([scale[np.equal(owner, number)].sum() for number in dict.fromkeys(owner)])
-        return Promise(
-            key,
-            shape,
-            float(pull @ change),
-            change,
-            inflation,
-            of_strength,
-            around,
-            room,
-            own_around,
-            own_room,
-            feasible=bool(np.all((change > 0) | self.model.two_sided(np.array(owner)))),
-        )
-
-    def cosines(self, places: Sequence[np.ndarray]) -> np.ndarray:
-        """The largest cosine between any combinations of two effects' columns (canonical correlation)."""
-        roots = []
-        for place in places:
-            value, vector = np.linalg.eigh(self.gram[np.ix_(place, place)])
-            keep = value > 1e-9 * max(value.max(), 1e-300)
-            roots.append(vector[:, keep] / np.sqrt(value[keep]))
-        out = np.eye(len(places))
-        for i, one in enumerate(places):
-            for j, other in enumerate(places[:i]):
-                across = roots[i].T @ self.gram[np.ix_(one, other)] @ roots[j]
-                largest = np.linalg.svd(across, compute_uv=False).max(initial=0.0)
-                out[i, j] = out[j, i] = min(float(largest), 1.0)
-        return out
+def _promise(table: Table, key: str, place: np.ndarray, shape: np.ndarray) -> Promise:
+    information = table.information(place)
+    pull = -table.gram[place, -1]
+    change = np.linalg.solve(information, pull)
+    scale = np.diag(information)
+    inflation = float(np.median(np.sum(table.by_lane[:, place] ** 2, axis=0) / scale))
+    around, room = table.response[:, -1], table.response[:, place] @ change
+    own_around, own_room = table.own[:, :, -1], table.own[:, :, place] @ change
+    owner = [number for number, _ in owners(table.model, table.bench, key)]
+    of_strength = np.array([scale[np.equal(owner, number)].sum() for number in dict.fromkeys(owner)])
+    return Promise(
+        key,
+        shape,
+        float(pull @ change),
+        change,
+        inflation,
+        of_strength,
+        around,
+        room,
+        own_around,
+        own_room,
+        feasible=bool(np.all((change > 0) | table.model.two_sided(np.array(owner)))),
+    )

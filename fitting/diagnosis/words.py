@@ -10,6 +10,7 @@ import numpy as np
 from fitting.diagnosis.attribute import LOST, Attribution
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.bursts import Bursts
+from fitting.diagnosis.constancy import Trend
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.explanation import Explanation
@@ -48,10 +49,11 @@ def sentence(
     *,
     restless: bool = False,
     rises: Bursts | None = None,
+    trend: Trend | None = None,
 ) -> str:
     """The verdict in one sentence. `wander`: by how many percent friction wanders under the nominal model;
-    `restless`: whether what does not repeat itself is all there is, and more than that can be; `rises`: whether
-    friction rises for moments."""
+    `restless`: whether what does not repeat itself is all there is, and more than that can be; `rises`: how
+    far friction rises for moments; `trend`: what changes along the runs."""
     titles = [_title(model, key) for key in judgement.named]
     if judgement.verdict == "none":
         far = f", if friction may wander by {wander:.2g} % from segment to segment" if wander > MUCH else ""
@@ -59,10 +61,15 @@ def sentence(
             f"The records agree with the simulator within their noise{far}: no effect on the shelf is called "
             "for."
         )
+    if judgement.verdict == "unlisted" and trend is not None:
+        return (
+            f"No effect on the shelf explains the records: what looks like {_title(model, trend.key)} "
+            "changes from the beginning of the runs to their end."
+        )
     if judgement.verdict == "unlisted" and rises is not None:
         return (
-            "No effect on the shelf explains the records: friction rises for moments, "
-            f"by {100 * rises.height:.2g} % in {rises.runs} of {rises.of} runs, as particles or debris in the "
+            "No effect on the shelf explains the records: friction rises for moments, by "
+            f"{100 * rises.height:.2g} % in {rises.runs} of {rises.of} runs, as particles or debris in the "
             "contact make it."
         )
     if judgement.verdict == "unlisted" and restless:
@@ -275,9 +282,20 @@ def bursting(rises: Bursts | None) -> list[str]:
     if rises is None:
         return []
     return [
-        f"Friction rises for moments in {rises.runs} of {rises.of} runs, by {100 * rises.height:.2g} % of itself "
-        f"in {100 * rises.share:.2g} % of the time of fast sliding, and never falls as far: look for particles, "
-        "debris or transferred patches in the contact."
+        f"Friction rises for moments in {rises.runs} of {rises.of} runs, by {100 * rises.height:.2g} % of "
+        f"itself in {100 * rises.share:.2g} % of the time of fast sliding, and never falls as far: look for "
+        "particles, debris or transferred patches in the contact."
+    ]
+
+
+def changing(trend: Trend | None) -> list[str]:
+    """What is to be known where an effect does not act alike from the beginning of the runs to their end."""
+    if trend is None:
+        return []
+    return [
+        f"{trend.key} would have to {'grow' if trend.grows else 'shrink'} along the runs (chi-square "
+        f"{trend.evidence:.3g} by segments, one degree of freedom), which it does not on the shelf: look for "
+        "two clocks that run apart if it is a delay, else for something that warms up, wears or works loose."
     ]
 
 

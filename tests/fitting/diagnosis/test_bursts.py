@@ -1,4 +1,4 @@
-"""Friction that rises for moments is told from noise, from what falls as well, and from what a run or two have."""
+"""Friction that rises for moments is told from noise, from what falls as well and from what few runs have."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def raised(run: Run, random: np.random.Generator, height: float) -> Run:
 
 
 def found_in(heights: tuple[float, ...], falls: bool = False) -> Bursts | None:
-    """What is found where friction rises by these shares in runs of the 1987 rig, under the true constants."""
+    """What is found where friction rises by these shares in runs of the 1987 rig; the constants are true."""
     random = np.random.default_rng(5)
     runs = []
     for number, (frequency, height) in enumerate(zip(FREQUENCIES, heights, strict=False)):

@@ -11,7 +11,8 @@ import pytest
 
 from fitting.diagnosis import screen as screening
 from fitting.diagnosis.refit import Refit, refit
-from fitting.diagnosis.screen import Promise, bounded, screen
+from fitting.diagnosis.scores import bounded
+from fitting.diagnosis.screen import Promise, screen
 from fitting.diagnosis.wander import START
 from jaxstick.parts.drive import SineDrive
 from tests.fitting.diagnosis.grounded import UNEVEN, Screened, from_the_truth, laid_out, screened
@@ -72,14 +73,14 @@ def test_a_shape_is_not_chosen_for_what_a_forbidden_sign_promises(
     """Another shape promises twice as much, with a sign that the strength may not have."""
     model, bench, fit, _ = slight
     key = "contact_damping"
-    real = screening._Table.promise
+    real = screening._promise
 
-    def promised(self: Any, key: str, place: np.ndarray, shape: np.ndarray) -> Promise:
-        made = real(self, key, place, shape)
+    def promised(table: Any, key: str, place: np.ndarray, shape: np.ndarray) -> Promise:
+        made = real(table, key, place, shape)
         assert made.feasible == (bool(model.lower[model.of(key)[0]] < 0) or made.change[0] > 0)
         return dataclasses.replace(made, score=1.0 + len(shape), feasible=not len(shape))
 
-    monkeypatch.setattr(screening._Table, "promise", promised)
+    monkeypatch.setattr(screening, "_promise", promised)
     shape = fit.point.coordinates[model.index(*model.shelf.shapes[key])] + 0.5
     found = screen(model, bench, fit, own_group=True, shapes=[{key: shape}])
     (chosen,) = (promise for promise in found.promises if promise.key == key)
