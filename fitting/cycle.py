@@ -21,3 +21,15 @@ def samples_a_cycle(run: Run) -> float | None:
             if found.amplitude**2 / 2 > PERIODIC * np.var(channel):
                 return 1 / (found.frequency * run.interval)
     return None
+
+
+def whole_cycles(run: Run) -> int:
+    """The number of samples from a run's beginning on in whole cycles of its excitation: all of them where
+    there is no cycle, or none is whole.
+
+    A cycle that is cut short would count one side of it more than the other.
+    """
+    samples, cycle = len(run.time), samples_a_cycle(run)
+    if cycle is None or cycle > samples:
+        return samples
+    return round(samples // cycle * cycle)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from fitting.cycle import whole_cycles
 from fitting.history import History
 from fitting.lanes import Lanes
 from fitting.signals import Signals, base_motion, natural_period
@@ -67,7 +68,7 @@ def lay_out(
     refine = max(_refinement(signal) for signal in signals)
     splines = [_drive_pieces(signal, refine) for signal in signals]
     extents = [
-        _extent(*(part[: len(signal.run.time) * refine] for part in pieces))
+        _extent(*(part[: whole_cycles(signal.run) * refine] for part in pieces))
         for signal, pieces in zip(signals, splines, strict=True)
     ]
     histories = [History.of(signal, natural_period(signal.run.rig)) for signal in signals]
@@ -131,7 +132,7 @@ def _drive_pieces(signal: Signals, refine: int) -> tuple[np.ndarray, np.ndarray]
 
 
 def _extent(base: np.ndarray, force: np.ndarray) -> tuple[float, ...]:
-    """How far base, its rate and the force of a whole run go: sqrt(2) standard deviations of each."""
+    """How far base, its rate and force go: sqrt(2) standard deviations of each."""
     deviations = [float(np.std(column)) for column in (base[:, 3], base[:, 2], force[:, 3])]
     return tuple(math.sqrt(2) * deviation for deviation in deviations)
 
