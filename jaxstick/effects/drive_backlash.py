@@ -58,16 +58,26 @@ class DriveBacklash(AbstractEffect):
 
 
 class _Loose(AbstractRig):
-    """State: that of `inner`, the place of the joint were it held [m], at first where a steady drive leaves
-    it."""
+    """State: that of `inner`, the place of the joint were it held [m].
+
+    It starts from where the recorded base has taken it, and that from where a steady drive leaves it; this
+    one alone where no motion was recorded.
+    """
 
     inner: AbstractRig
     gap: Scalar
     floating: Scalar
 
     def initial(self, motion: Motion) -> Any:
-        joint = motion.y - self.gap * jnp.sign(motion.y_rate)
-        return self.inner.initial(motion), joint
+        return self.inner.initial(motion), motion.y + self._ahead(motion)
+
+    def _ahead(self, motion: Motion) -> Scalar:
+        """How far the joint is ahead of the base at the start [m]."""
+        if motion.track is None:
+            return -self.gap * jnp.sign(motion.y_rate)
+        base = motion.track.drive
+        y, rate = base.oldest()
+        return base.played(self.gap, y - self.gap * jnp.sign(rate)) - base.values[0]
 
     def advance(self, state: Any, motion: Motion, step: Scalar) -> Any:
         inner, joint = state

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -36,6 +37,30 @@ class Trace(NamedTuple):
         fades = jnp.exp(-lags / time)
         return jnp.sum(arrived * fades[:-1]) + begin * fades[-1]
 
+    def played(self, gap: Array | float, begin: Array | float) -> Array:
+        """Where a joint with play `gap` to either side has been taken to at the start, from `begin` at the
+        oldest point: it rests until it is met by an end of the gap, which then takes it along."""
+
+        def met(joint: Array, place: Array) -> tuple[Array, None]:
+            return jnp.clip(joint, place - gap, place + gap), None
+
+        past = self._turned()[::-1]
+        joint = jnp.clip(begin, past[0] - gap, past[0] + gap)
+        return jax.lax.scan(met, joint, past)[0]
+
+    def _turned(self) -> Array:
+        """The values, but where it turned back the place that it turned at: the top of the parabola through
+        the point there and its neighbours."""
+        x = jnp.asarray(self.values)
+        spans = jnp.diff(jnp.asarray(self.lags))
+        new, old, slopes = spans[:-1], spans[1:], jnp.diff(x) / spans
+        both = new + old
+        bend = (slopes[1:] - slopes[:-1]) / both
+        slope = (slopes[:-1] * old + slopes[1:] * new) / both
+        turns = slopes[:-1] * slopes[1:] < 0
+        beyond = jnp.where(turns, slope**2 / (4 * jnp.where(turns, bend, 1.0)), 0.0)
+        return x.at[1:-1].add(-beyond)
+
     def rates(self, now: Array | float) -> Trace:
         """The rate of it: `now` at the start, before that the slopes between the points, each in the middle
         of two."""
@@ -59,3 +84,8 @@ class Track(NamedTuple):
     def mass(self) -> Trace:
         """The displacement of the mass [m]."""
         return Trace(self.lags, self.displacement)
+
+    @property
+    def drive(self) -> Trace:
+        """The displacement of the base [m]."""
+        return Trace(self.lags, self.base)

@@ -271,6 +271,21 @@ def test_play_is_the_play_operator() -> None:
     assert forces == pytest.approx(K * np.array(joint), abs=1e-9)
 
 
+@pytest.mark.parametrize("since", [0.004, 0.02, 0.06, 0.3])
+def test_a_joint_picked_up_in_a_record_is_where_the_base_has_taken_it(since: float) -> None:
+    """So long after a drive has turned back [s] the joint still rests, or has been taken along again."""
+    gap, omega = 5e-4, 2 * math.pi
+    lags = 4 * np.sinh(3 * np.linspace(0, 1, 96)) / math.sinh(3)
+    y = 0.01 * np.cos(omega * (since - lags))
+    rig = with_effect(SMOOTH, "drive_backlash", gap=gap).rig
+    track = Track(jnp.asarray(lags), jnp.zeros(96), jnp.asarray(y))
+    rate = -0.01 * omega * math.sin(omega * since)
+    motion = SMOOTH.motion(0.0, SMOOTH.drive.at(0.0), 0.0, 0.0, 0.0)
+    motion = motion._replace(y=y[0], y_rate=rate, track=track)
+    expected = min(0.01 - gap, y[0] + gap)
+    assert float(rig.force(rig.initial(motion), motion)) == pytest.approx(K * expected, abs=K * 0.02 * gap)
+
+
 @pytest.mark.parametrize("floating", [1.0, 0.3])
 def test_a_spring_whose_joint_nothing_holds_is_slack_in_the_gap(floating) -> None:
     """Dead zone; where the joint is held in part, the spring goes as much by the play operator."""
