@@ -18,6 +18,10 @@ from fitting.result import Constant
 from fitting.unknowns import RIG
 from jaxstick.record import CONSTANTS, DataSet
 
+KNOWN = 1.0
+"""A shape's logarithm known to no better than this leaves open that the value is nothing: of a value, rather
+than its logarithm, so large a share would reach zero."""
+
 
 class Estimates(NamedTuple):
     """The constants of friction, the properties of the rig that were free within their tolerance, and the
@@ -84,6 +88,8 @@ def _effects(
             if index not in deviation:
                 continue
             value, low, high = _bounds(model, fit, index, deviation[index], quantile)
+            if model.members[index].kind == "log" and quantile * deviation[index] >= KNOWN:
+                low = None
             name = model.names[index].partition(".")[2]
             own.append(Parameter(name, value, low, high, model.members[index].unit))
         out[key] = tuple(own)
