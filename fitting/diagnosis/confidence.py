@@ -70,6 +70,15 @@ def information(model: Model, bench: Bench, found: Refit) -> np.ndarray:
     return _information(model, bench, found, _of_fit(model, bench, found))
 
 
+def step_to_optimum(model: Model, bench: Bench, found: Refit) -> np.ndarray:
+    """The Gauss-Newton step of the free coordinates of a refit to the optimum on this bench."""
+    seen = _of_fit(model, bench, found)
+    layout = Layout.of(model, bench, found.free)
+    gradient, _ = layout.summed(bench.run, seen.gradient, seen.curvature)
+    gradient = gradient + layout.prior(model, found.point).gradient
+    return -np.linalg.solve(_information(model, bench, found, seen), gradient)[layout.of_free]
+
+
 class Scores(NamedTuple):
     """J'r (lanes, columns) and J'J (lanes, columns, columns) of level and free unknowns, and r'r of every
     lane, what each has of its own eliminated."""

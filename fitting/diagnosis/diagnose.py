@@ -6,6 +6,8 @@ import dataclasses
 import time
 from collections.abc import Sequence
 
+import numpy as np
+
 from fitting.account import joined
 from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution
@@ -25,6 +27,7 @@ from fitting.diagnosis.over_class import over_class
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.repeatability import wander_of
+from fitting.diagnosis.reported import reported
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shape_error import shape_variance
 from fitting.diagnosis.shrink import Split, split
@@ -67,16 +70,17 @@ def diagnose(
     keys = tuple(model.shelf.effects) if inquiry.named is None else inquiry.named.keys
     inquiry = inquiry.inconstant(trend_of(model, base.bench, after, keys))
     found, named, shrunk = inquiry.found, inquiry.named, inquiry.shrunk
-    after = before if named is None else after
+    fine, after = reported(model, base.bench, before if named is None else after)
+    before = after if named is None else before
     progress.advance()
     seen_before, seen_after = (see(model, base.bench, fit.point) for fit in (before, after))
     where = localise(problem, model, base.bench, base.segments, before, seen_before, found)
     force = residual_force(problem, base.segments, seen_before)
-    unmended = mended = estimates(model, dataset, base.bench, before)
+    unmended = mended = estimates(model, dataset, fine if named is None else base.bench, before)
     correction = None
     if named is not None:
-        shape = shape_variance(found, named)
-        mended = estimates(model, dataset, base.bench, after, named.keys, shape)
+        shape = shape_variance(found, named)[np.isin(named.refit.free, after.free)]
+        mended = estimates(model, dataset, fine, after, named.keys, shape)
         mended = over_class(model, found, named, mended)
         if chosen.words is None:
             correction = correction_of(model.at(after.point.coordinates, named.keys), dataset.rig)

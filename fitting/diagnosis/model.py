@@ -110,6 +110,7 @@ class Model:
         strengths, shapes, members = {}, {}, list(problem.unknowns.members)
         self.tries: dict[str, tuple[float, ...]] = {}
         by_run: list[str] = []
+        parts: list[str] = []
         self.constants = tuple(unknown.name for unknown in members)
         members += [*_rig_unknowns(problem), *_contact_unknowns(problem)]
         self.common = tuple(unknown.name for unknown in members)
@@ -123,9 +124,12 @@ class Model:
             )
             self.tries.update({name: kind.tries for name, kind in kinds.items() if kind.tries})
             by_run += [name for name in strengths[key] if kinds[name].by_run]
+            unstated = {u.name: float(place.of(effect)) for u, place in zip(own, places, strict=True)}
+            parts += [name for name in shapes[key] if unstated[name] == 0]
             members += own
         traces = {key: effect.traces_seen(problem.friction_recorded) for key, effect in shelf.items()}
         self.shelf = Shelf(shelf, strengths, shapes, traces)
+        self.parts = frozenset(parts)
         self.members = tuple(members)
         self.names = tuple(unknown.name for unknown in members)
         self.level = len(members)
@@ -192,6 +196,11 @@ class Model:
     def lasts(self, key: str) -> bool:
         """Whether the strength of an effect is a time."""
         return all(self.members[n].unit == "s" for n in self.index(*self.shelf.strengths[key]))
+
+    def parts_of_it(self, numbers: np.ndarray) -> np.ndarray:
+        """Which of these unknowns say in which part of it another form of an effect acts."""
+        names = [self.names[n] for n in numbers.tolist()]
+        return numbers[[name in self.parts for name in names]]
 
     def of(self, key: str) -> np.ndarray:
         """The places of an effect's unknowns, strengths first."""

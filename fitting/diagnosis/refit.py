@@ -80,13 +80,17 @@ def refit(
     wander: bool = True,
     hopeless: float = math.inf,
     reached: float = math.inf,
+    enough: float | None = None,
     progress: Callable[[], None] = lambda: None,
 ) -> list[Refit]:
-    """Levenberg-Marquardt from each point over its own free unknowns, all searches in common passes.
+    """Levenberg-Marquardt from each point over its own free unknowns, all searches in common passes. A search
+    is over when it gains less than the share `enough` of its cost, by default as much as a verdict asks for.
     Where not `wander`, the points' widths stay as they are. A search is given up where it would still cost
     `hopeless` times the lowest cost, or one that has been `reached` elsewhere, after `PATIENCE` more steps as
     good as its last."""
-    searches = [_Search(model, bench, point, free, wander) for point, free in zip(points, frees, strict=True)]
+    searches = [
+        _Search(model, bench, point, free, wander, enough) for point, free in zip(points, frees, strict=True)
+    ]
     _evaluate(model, bench, searches, [search.point for search in searches], first=True)
     for turn in range(iterations):
         steps = [(search, search.step()) for search in searches if not search.over]
@@ -179,10 +183,11 @@ def centred(model: Model, bench: Bench, point: Point) -> Point:
     runs = np.unique(bench.run)
     common = by_run[runs, 0].mean()
     by_run[runs, 0] -= common
-    for number in model.index(*LEVELLED):
+    levelled_by = model.index(*LEVELLED)
+    for number in levelled_by:
         member = model.members[number]
         coordinates[number] = member.to_coordinate(member.to_value(coordinates[number]) * math.exp(common))
-    inside = (coordinates >= model.lower) & (coordinates <= model.upper)
+    inside = ((coordinates >= model.lower) & (coordinates <= model.upper))[levelled_by]
     if not inside.all() or np.abs(by_run[:, 0]).max() > model.upper[model.level]:
         return point
     return dataclasses.replace(levelled, coordinates=coordinates, by_run=by_run)
@@ -237,14 +242,23 @@ def _evaluate(
 class _Search:
     """One search under way."""
 
-    def __init__(self, model: Model, bench: Bench, point: Point, free: np.ndarray, wander: bool) -> None:
+    def __init__(
+        self,
+        model: Model,
+        bench: Bench,
+        point: Point,
+        free: np.ndarray,
+        wander: bool,
+        enough: float | None = None,
+    ) -> None:
         self.model, self.bench, self.point, self.free = model, bench, point, free
         self.wander = wander and bench.wanders
         self.chosen = chosen_columns(free, model.level, len(bench.lanes))
         self.dof = bench.dof()
         self.damping, self.cost, self.gain = DAMPED, np.inf, np.inf
         self.over, self.taken = False, 0
-        self.enough = ENOUGH_OF_SCATTER if bench.scatters else ENOUGH
+        usual = ENOUGH_OF_SCATTER if bench.scatters else ENOUGH
+        self.enough = usual if enough is None else enough
         self.layout = Layout.of(model, bench, free)
         self.centres = self.wander and self.layout.fits_friction(model)
         self.lower, self.upper = self.layout.bounds(model)
