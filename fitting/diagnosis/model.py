@@ -125,7 +125,9 @@ class Model:
             self.tries.update({name: kind.tries for name, kind in kinds.items() if kind.tries})
             by_run += [name for name in strengths[key] if kinds[name].by_run]
             unstated = {u.name: float(place.of(effect)) for u, place in zip(own, places, strict=True)}
-            parts += [name for name in shapes[key] if unstated[name] == 0]
+            parts += [
+                u.name for u in own if u.name in shapes[key] and u.kind == "log" and unstated[u.name] == 0
+            ]
             members += own
         traces = {key: effect.traces_seen(problem.friction_recorded) for key, effect in shelf.items()}
         self.shelf = Shelf(shelf, strengths, shapes, traces)
@@ -198,7 +200,8 @@ class Model:
         return all(self.members[n].unit == "s" for n in self.index(*self.shelf.strengths[key]))
 
     def parts_of_it(self, numbers: np.ndarray) -> np.ndarray:
-        """Which of these unknowns say in which part of it another form of an effect acts."""
+        """Which of these unknowns say in which part of it another form of an effect acts, and are searched by
+        their logarithm, which has no zero."""
         names = [self.names[n] for n in numbers.tolist()]
         return numbers[[name in self.parts for name in names]]
 

@@ -111,3 +111,10 @@ def begun(model: Model, gap: float, floating: float) -> np.ndarray:
         (place,) = model.index(name)
         coordinates[place] = model.members[place].to_coordinate(value)
     return coordinates
+
+
+def test_what_may_have_either_sign_is_no_part_of_an_effect(fitted):
+    """It has a zero of its own to be fitted to."""
+    model, _, _ = fitted
+    assert len(model.parts_of_it(model.of("drive_backlash"))) == 1
+    assert len(model.parts_of_it(model.of("mains_hum"))) == 0
