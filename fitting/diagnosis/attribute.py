@@ -17,7 +17,7 @@ from fitting.diagnosis.enough import hints, leaves_nothing, passes_for_noise
 from fitting.diagnosis.explanation import Explanation, best_of
 from fitting.diagnosis.findings import Yardstick
 from fitting.diagnosis.influence import told_by_many
-from fitting.diagnosis.judge import Judgement, astray, judge
+from fitting.diagnosis.judge import Judgement, astray, judge, refuted
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.one_class import classes
 from fitting.diagnosis.pairs import each_alone, in_place_of_either, pairs_beside, with_still_friction
@@ -78,6 +78,10 @@ class Attribution:
     def shows_no_gap(self) -> bool:
         """Whether the nominal model leaves what passes for noise."""
         return passes_for_noise(self.nominal.misfit / self.floor)
+
+    def refuted(self) -> Attribution:
+        """The same where what is named is not the cause, as `judge.refuted` has it."""
+        return dataclasses.replace(self, judgement=refuted(self.judgement))
 
     def astray(self) -> Attribution:
         """The same where whatever acts is not nothing, as `judge.astray` has it."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import chi2
@@ -50,16 +51,15 @@ def trend_of(model: Model, bench: Bench, at: Refit, keys: Sequence[str]) -> Tren
     common, (still,) = templates_of(model, bench, at, groups, [at.point.coordinates])
     time = _along(bench)[:, None, None]
     moving = Projected(*(values * time for values in still))
-    count = still.columns.shape[2]
-    table = Table(model, bench, at, common, still.beside(moving))
-    surely = float(chi2.isf(CHANCE / count, 1))
+    surely = float(chi2.isf(CHANCE / still.columns.shape[2], 1))
     found = []
     for key, place in zip(ordered, places_of(model, bench, ordered), strict=True):
-        if key in present:
-            mean = strengths_of(model, bench, at.point, key)
-            found += _changing(table, key, place[:0], place + count, mean)
-        else:
-            found += _changing(table, key, place, place + count)
+        fitted = strengths_of(model, bench, at.point, key) if key in present else None
+        for number, own in enumerate(place):
+            columns = moving.take([own]) if key in present else moving.take([own]).beside(still.take(place))
+            change = _Change.of(Table(model, bench, at, common, columns), common, columns)
+            mean = change.others[number] if fitted is None else fitted[number]
+            found.append(Trend(key, change.gain, change.evidence, bool(mean * change.amount > 0)))
     found = [trend for trend in found if trend.gain > NOTABLE and trend.evidence > surely]
     return max(found, key=lambda trend: trend.evidence, default=None)
 
@@ -75,21 +75,27 @@ def _along(bench: Bench) -> np.ndarray:
     return out
 
 
-def _changing(
-    table: Table, key: str, still: np.ndarray, moving: np.ndarray, mean: np.ndarray | None = None
-) -> list[Trend]:
-    """What changes of an effect's strengths gain, each by itself, where the strengths are free besides: the
-    places of their columns, and of those that change. `mean`: the strengths where they have been fitted."""
-    room = np.linalg.solve(table.information(still), table.gram[np.ix_(still, moving)])
-    pull = room.T @ table.gram[still, -1] - table.gram[moving, -1]
-    curvature = np.diag(table.information(moving) - room.T @ table.gram[np.ix_(still, moving)])
-    by_lane = table.by_lane[:, moving] - table.by_lane[:, still] @ room
-    change = pull / curvature
-    if mean is None:
-        alone = np.linalg.solve(table.information(still), -table.gram[still, -1])
-        mean = alone - np.diag(room) * change
-    evidence = pull**2 / np.maximum(np.sum(by_lane**2, axis=0), 1e-300)
-    return [
-        Trend(key, float(gain), float(sure), bool(grows))
-        for gain, sure, grows in zip(pull * change, evidence, mean * change > 0, strict=True)
-    ]
+class _Change(NamedTuple):
+    """What the first of some columns gains where the others are free as well: its amount, theirs, the fall of
+    chi-square, and that over what scores vary by from lane to lane where all have been let free."""
+
+    amount: float
+    others: np.ndarray
+    gain: float
+    evidence: float
+
+    @classmethod
+    def of(cls, table: Table, common: Projected, columns: Projected) -> _Change:
+        every = np.arange(columns.columns.shape[2])
+        first, rest = every[:1], every[1:]
+        amounts = np.linalg.solve(table.information(every), -table.gram[every, -1])
+        room = np.linalg.solve(table.information(rest), table.gram[np.ix_(rest, first)])[:, 0]
+        information = float(table.information(first)[0, 0] - room @ table.gram[rest, 0])
+        base = common.columns[:, :, :-1]
+        alone = columns.columns + base @ table.answers[:, :, :-1]
+        alone = alone[:, :, 0] - alone[:, :, 1:] @ room
+        moved = table.answers[:, :, -1] + table.answers[:, :, :-1] @ amounts
+        left = common.columns[:, :, -1] + columns.columns @ amounts + np.einsum("lrb,lb->lr", base, moved)
+        scores = np.einsum("lr,lr->l", alone, left)
+        gain = float(amounts[0] ** 2 * information)
+        return cls(float(amounts[0]), amounts[1:], gain, gain * information / float(np.sum(scores**2)))

@@ -95,8 +95,8 @@ class Inquiry:
             return self
         if self.named is None:
             return dataclasses.replace(self, found=self.found.astray(), trend=trend)
-        found = dataclasses.replace(self.found, judgement=refuted(self.found.judgement, UNLISTED))
-        return dataclasses.replace(self, found=found, named=None, shrunk=left_open(self.shrunk), trend=trend)
+        shrunk = left_open(self.shrunk)
+        return dataclasses.replace(self, found=self.found.refuted(), named=None, shrunk=shrunk, trend=trend)
 
     def unexplained(self) -> Inquiry:
         """The inquiry once what gapes only there is no "none": something acts that the fitted lanes do not

@@ -36,6 +36,10 @@ class Projected(NamedTuple):
     columns: np.ndarray
     answer: np.ndarray
 
+    def take(self, place: Sequence[int] | np.ndarray) -> Projected:
+        """Some of the columns."""
+        return Projected(*(values[:, :, np.asarray(place, int)] for values in self))
+
     def beside(self, other: Projected) -> Projected:
         """The columns of both."""
         return Projected(*(np.concatenate(both, axis=2) for both in zip(self, other, strict=True)))
@@ -113,7 +117,12 @@ def _run_by_run(model: Model, bench: Bench, numbers: np.ndarray, jacobian: np.nd
 
 
 class Table:
-    """Products of the strengths' columns with one another and with the residual, the base eliminated."""
+    """Products of the strengths' columns with one another and with the residual, the base eliminated.
+
+    gram: those of all lanes, the residual last; by_lane (lanes, strengths): those with the residual lane by
+    lane; response, answers: how the unknowns that were fitted answer to each column, all of them and by lane
+    (lanes, unknowns, columns); own: how what lanes have of their own does.
+    """
 
     def __init__(
         self,
@@ -138,9 +147,9 @@ class Table:
         products = wanted.transpose(0, 2, 1) @ wanted
         self.gram = products.sum(0) - coupling.T @ slope
         self.response = -slope
-        mine = self.response[layout.index[bench.run]]
+        self.answers = self.response[layout.index[bench.run]]
         self.own = np.concatenate([templates.answer, common.answer[:, :, -1:]], axis=2)
-        self.own = self.own + np.einsum("lob,lbe->loe", common.answer[:, :, :-1], mine)
+        self.own = self.own + np.einsum("lob,lbe->loe", common.answer[:, :, :-1], self.answers)
         by_lane = products[:, :, -1] - np.einsum(
             "lc,lce->le", across[:, :, -1], slope[layout.index[bench.run]]
         )

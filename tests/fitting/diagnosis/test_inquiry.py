@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis import diagnose as whole
+from fitting.diagnosis.constancy import Trend
 from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.inquiry import Inquiry
 from fitting.diagnosis.settings import DiagnosisSettings
@@ -105,6 +106,18 @@ def test_two_effects_say_more_than_one_of_them_that_lacks_the_other():
     assert one.says_more_than(inquiry()) and not inquiry().says_more_than(inquiry())
     alias = inquiry("displacement_gain", after=1.3, same=("stiffness_error",))
     assert inquiry("stiffness_error", "end_stop").says_more_than(alias)
+
+
+@pytest.mark.parametrize("keys", [(), ("stiffness_error",)])
+def test_what_changes_along_the_runs_is_neither_nothing_nor_what_is_named(keys):
+    """Nothing is closed then."""
+    one = inquiry(*keys)
+    one.found.astray, one.found.refuted = lambda: "astray", lambda: "refuted"  # pyright: ignore
+    trend = Trend("stiffness_error", 400.0, 30.0, True)
+    found = one.inconstant(trend)
+    assert found.found == ("refuted" if keys else "astray") and found.trend is trend
+    assert found.named is None and (not keys or found.shrunk.closed == 0.0)
+    assert one.inconstant(None) is one
 
 
 @pytest.mark.parametrize(

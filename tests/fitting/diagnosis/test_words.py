@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from fitting.diagnosis.bursts import Bursts
+from fitting.diagnosis.constancy import Trend
 from fitting.diagnosis.judge import Judgement
 from fitting.diagnosis.scatter import Scatter
-from fitting.diagnosis.words import bursting, refutation, remainders, scattering, sentence, stiller
+from fitting.diagnosis.words import bursting, changing, refutation, remainders, scattering, sentence, stiller
 from jaxstick.catalogue import catalogue
 
 ONE, OTHER, ALIAS = "constant_force", "base_delay", "base_relative_damping"
@@ -73,6 +74,18 @@ def test_friction_that_rises_for_moments_is_said(diagnosis):
     assert "friction rises for moments, by 12 % in 5 of 6 runs" in said
     (note,) = bursting(rises)
     assert "by 12 % of itself in 2.3 % of the time of fast sliding" in note and bursting(None) == []
+
+
+def test_an_effect_that_changes_along_the_runs_is_said(diagnosis):
+    model: Any = types.SimpleNamespace(shelf=types.SimpleNamespace(effects=catalogue()))
+    judgement = Judgement({"unlisted": 1.0}, {}, "unlisted", (), {}, {})
+    trend = Trend("force_delay", 400.0, 23.0, True)
+    said = sentence(model, judgement, diagnosis.closure, diagnosis.where, 0.012, trend=trend)
+    assert "what looks like force_delay (" in said and "from the beginning of the runs to their end" in said
+    (note,) = changing(trend)
+    assert note.startswith("force_delay would have to grow along the runs (chi-square 23 by segments")
+    (note,) = changing(dataclasses.replace(trend, grows=False))
+    assert "have to shrink" in note and changing(None) == []
 
 
 @pytest.mark.parametrize(

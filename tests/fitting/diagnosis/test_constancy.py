@@ -1,0 +1,59 @@
+"""An effect that changes along the runs is told from one that does not, and from none."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis.constancy import NOTABLE, Trend, trend_of
+from fitting.diagnosis.refit import refit
+from jaxstick.parts.drive import SineDrive
+from jaxstick.record import Run
+from tests.fitting.diagnosis.grounded import grounded_on
+from tests.fitting.reference_data import noisy, own_run
+
+LATE, CLOCK = 8e-3, 2e-3
+"""A delay of the force [s], and one that grows by so much a second."""
+KEY = "force_delay"
+
+
+def delayed(run: Run, delay: float, rate: float) -> Run:
+    """The run with its friction force read late, and later and later."""
+    assert run.friction is not None
+    late = run.time - delay - rate * run.time
+    return dataclasses.replace(run, friction=np.interp(late, run.time, run.friction))
+
+
+@pytest.fixture(
+    scope="module",
+    params=[(0.0, 0.0), (LATE, 0.0), (0.0, CLOCK), (LATE, -CLOCK)],
+    ids=["none", "still", "growing", "shrinking"],
+)
+def late(request: pytest.FixtureRequest) -> tuple[float, Trend | None, Trend | None]:
+    """By how much a second the force of some runs is later; what changes with the nominal model, and with the
+    delay named."""
+    delay, rate = request.param
+    random, runs = np.random.default_rng(7), []
+    for frequency in (0.9, 1.5, 2.1):
+        run = own_run(SineDrive(frequency, 10.325e-3), samples=1600, file=f"run-{frequency}.csv")
+        runs.append(noisy(delayed(run, delay, rate), random))
+    _, model, base = grounded_on(runs)
+    bench, constants = base.bench, model.index(*model.constants)
+    (nominal,) = refit(model, bench, [base.point], [constants])
+    point = dataclasses.replace(nominal.point, keys=model.together((KEY,)))
+    (named,) = refit(model, bench, [point], [np.concatenate([constants, model.of(KEY)])])
+    unnamed = trend_of(model, bench, nominal, (KEY, "force_gain", "quadratic_drag"))
+    return rate, unnamed, trend_of(model, bench, named, (KEY,))
+
+
+def test_a_delay_that_changes_is_seen_to_whether_it_is_named_or_not(late):
+    """And one that does not, or none, is not."""
+    rate, unnamed, named = late
+    if not rate:
+        assert unnamed is None and named is None
+        return
+    for trend in (unnamed, named):
+        assert trend is not None and trend.key == KEY and trend.grows == (rate > 0)
+        assert trend.gain > NOTABLE and trend.evidence > 12
