@@ -24,10 +24,10 @@ from fitting.diagnosis.scores import Projected, Table, places_of, templates_of
 
 CHANCE = 0.01
 """The probability with which any of the strengths that are tested would change so by chance."""
-NOTABLE = 50.0
-"""By so much chi-square is to fall, too: lanes are few, and scores of a few lanes may agree by chance. Of
-sealed cases those whose clocks ran apart, or whose spring warmed up, gained 400 to 10000; no other more
-than 40."""
+NOTABLE = 100.0
+"""By so much chi-square is to fall, too: where a few lanes carry most of a score, these may agree by chance.
+In sealed cases whose clocks ran apart, or whose spring warmed up, it fell by 400 and more; in 30 others by no
+more than 31."""
 
 
 @dataclasses.dataclass(frozen=True)
