@@ -97,5 +97,5 @@ class _Change(NamedTuple):
         moved = table.answers[:, :, -1] + table.answers[:, :, :-1] @ amounts
         left = common.columns[:, :, -1] + columns.columns @ amounts + np.einsum("lrb,lb->lr", base, moved)
         scores = np.einsum("lr,lr->l", alone, left)
-        gain = float(amounts[0] ** 2 * information)
-        return cls(float(amounts[0]), amounts[1:], gain, gain * information / float(np.sum(scores**2)))
+        gain, spread = float(amounts[0] ** 2 * information), max(float(scores @ scores), 1e-300)
+        return cls(float(amounts[0]), amounts[1:], gain, gain * information / spread)

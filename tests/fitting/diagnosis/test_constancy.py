@@ -11,8 +11,8 @@ from fitting.diagnosis.constancy import NOTABLE, Trend, trend_of
 from fitting.diagnosis.refit import refit
 from jaxstick.parts.drive import SineDrive
 from jaxstick.record import Run
-from tests.fitting.diagnosis.grounded import grounded_on
-from tests.fitting.reference_data import noisy, own_run
+from tests.fitting.diagnosis.grounded import from_the_truth, grounded_on, laid_out
+from tests.fitting.reference_data import TRUTH, dataset, noisy, own_run
 
 LATE, CLOCK = 8e-3, 2e-3
 """A delay of the force [s], and one that grows by so much a second."""
@@ -57,3 +57,11 @@ def test_a_delay_that_changes_is_seen_to_whether_it_is_named_or_not(late):
     for trend in (unnamed, named):
         assert trend is not None and trend.key == KEY and trend.grows == (rate > 0)
         assert trend.gain > NOTABLE and trend.evidence > 12
+
+
+def test_what_leaves_no_trace_does_not_change():
+    """A fault of the force sensor where no force was recorded."""
+    run = dataclasses.replace(own_run(SineDrive(1.5, 10.325e-3), samples=600), friction=None)
+    model, bench = laid_out(dataset(run))
+    fit = from_the_truth(model, bench, model.together((KEY,)), model.origin(TRUTH))
+    assert trend_of(model, bench, fit, (KEY,)) is None
