@@ -45,12 +45,14 @@ class AbstractEffect(eqx.Module):
     `traces` says what it changes in base, displacement and force once the rig's properties and the constants
     of friction are fitted, where other effects change the same: two that share a trace are aliases.
     `traces_in_motion` are those where the friction force was not recorded, so that the constants may give all
-    forces another scale; None where they are the same.
+    forces another scale; None where they are the same. `changes` says whether what it does changes along a
+    run all by itself, so that a strength that seems to change says no more than its shape does.
     """
 
     card: eqx.AbstractClassVar[Card]
     traces: ClassVar[tuple[str, ...]] = ()
     traces_in_motion: ClassVar[tuple[str, ...] | None] = None
+    changes: ClassVar[bool] = False
 
     @classmethod
     def traces_seen(cls, friction_recorded: bool) -> tuple[str, ...]:

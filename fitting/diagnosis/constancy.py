@@ -1,10 +1,9 @@
 """Whether an effect acts alike from the beginning of the runs to their end.
 
 Two clocks that run apart look like a delay that grows, a spring that warms up like a stiffness that is wrong
-by more and more. An effect of the shelf does not change so, but for those that are about it, which are
-screened with the rest. A score test for a coefficient that changes in proportion to time (Nyblom, Journal of
-the American Statistical Association 84 (1989) 223), lanes being the clusters (Boos, The American Statistician
-46 (1992) 327).
+by more and more. An effect of the shelf does not change so, but for those that are about it. A score test for
+a coefficient that changes in proportion to time (Nyblom, Journal of the American Statistical Association 84
+(1989) 223), lanes being the clusters (Boos, The American Statistician 46 (1992) 327).
 """
 
 from __future__ import annotations
@@ -42,12 +41,15 @@ class Trend:
 
 
 def trend_of(model: Model, bench: Bench, at: Refit, keys: Sequence[str]) -> Trend | None:
-    """The effect of these that most surely changes along the runs, at a fit with or without it; None where
-    none surely does."""
+    """The effect of these that most surely changes along the runs, at a fit with or without it, of those that
+    do not do so by themselves; None where none surely does."""
     present = set(model.free_effects(at.free))
-    groups = [tuple(key for key in group if key in keys) for group in model.groups()]
+    lasting = {key for key in keys if not model.shelf.effects[key].changes}
+    groups = [tuple(key for key in group if key in lasting) for group in model.groups()]
     groups = [group for group in groups if group]
     ordered = [key for group in groups for key in group]
+    if not ordered:
+        return None
     common, (still,) = templates_of(model, bench, at, groups, [at.point.coordinates])
     time = _along(bench)[:, None, None]
     moving = Projected(*(values * time for values in still))

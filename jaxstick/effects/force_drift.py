@@ -35,6 +35,7 @@ class ForceDrift(AbstractEffect):
         source="E. O. Doebelin, Measurement Systems: Application and Design, 5th ed., McGraw-Hill 2004, on "
         "zero drift as an interfering input.",
     )
+    changes: ClassVar[bool] = True
     rate: Float[Array, ""] | float = parameter(
         "N/s", "rate of the zero of the force channel, at first", null=0.0, typical=6e-4, default=0.0
     )

@@ -38,6 +38,7 @@ class ForceHighpass(AbstractEffect):
         source="E. O. Doebelin, Measurement Systems: Application and Design, 5th ed., McGraw-Hill 2004, on "
         "piezoelectric transducers and the time constant of the charge amplifier.",
     )
+    changes: ClassVar[bool] = True
     corner: Float[Array, ""] | float = parameter(
         "Hz", "corner frequency", lower=0.0, upper=5.0, null=0.0, typical=0.005, default=0.0
     )

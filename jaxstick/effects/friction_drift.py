@@ -38,6 +38,7 @@ class FrictionDrift(AbstractEffect):
         ),
         source="Blau, On the nature of running-in, Tribology International 38 (2005) 1007.",
     )
+    changes: ClassVar[bool] = True
     rate: Float[Array, ""] | float = parameter(
         "1/s", "relative change of friction in a second, at first", null=0.0, typical=1e-3, default=0.0
     )
