@@ -36,7 +36,7 @@ def fit(dataset: DataSet, settings: Settings | None = None, progress: Progress |
     progress = progress or Silent()
     problem = pose(dataset, settings)
     last, descent, solution = climb(problem, settings, progress)
-    found = _intervals(problem, last, solution, settings, progress)
+    found, runs_disagree = _intervals(problem, last, solution, settings, progress)
     constants = [
         _constant(unknown, at, spot, dataset)
         for unknown, at, spot in zip(problem.unknowns.members, solution.coordinates, found, strict=True)
@@ -59,12 +59,14 @@ def fit(dataset: DataSet, settings: Settings | None = None, progress: Progress |
         settings=dataclasses.asdict(settings),
         sha256=dataset.sha256,
         notices=dataset.notices,
+        runs_disagree=runs_disagree,
     )
 
 
 def _intervals(
     problem: Problem, last: Stage, solution: Solution, settings: Settings, progress: Progress
-) -> list[Interval]:
+) -> tuple[list[Interval], bool]:
+    """The interval of every unknown, and whether the runs surely disagree on some."""
     unknowns, lanes = last.misfit.unknowns, last.lanes
     progress.stage("intervals", len(unknowns))
     with ThreadPoolExecutor(2) as pool:
@@ -75,7 +77,7 @@ def _intervals(
     for index, name in enumerate(unknowns.names):
         out.append(interval(last.misfit, lanes, solution, robust, whole, index))
         progress.advance(name)
-    return out
+    return out, whole.by_runs
 
 
 def _constant(unknown: Unknown, at: float, found: Interval, dataset: DataSet) -> Constant:

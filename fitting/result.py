@@ -70,7 +70,8 @@ class FreeRun:
 class Fit:
     """The outcome of a fit; `constants` are A, B, C, D, k1 and `others` what else was free.
 
-    `horizon_periods` is the length of the segments of the last stage in natural periods, None for whole runs.
+    `horizon_periods` is the length of the segments of the last stage in natural periods, None for whole runs;
+    `runs_disagree` says whether runs surely differ in what they say of the constants.
     """
 
     outcome: str
@@ -89,3 +90,4 @@ class Fit:
     settings: dict[str, Any]
     sha256: str | None
     notices: tuple[str, ...]
+    runs_disagree: bool = False

@@ -75,6 +75,7 @@ def fit_content(fit: Fit, dataset: DataSet) -> dict[str, Any]:
             for run in dataset.runs
         ],
         "notices": list(fit.notices),
+        "runs_disagree": fit.runs_disagree,
         "data": {"sha256": fit.sha256, "name": dataset.name},
         "version": version(),
     }

@@ -115,6 +115,11 @@ def _sentences(content: Mapping[str, Any]) -> Iterator[str]:
             f"{_listed(loose)} {'is' if len(loose) == 1 else 'are'} not bounded on both sides by these "
             f"records: other values of {'it' if len(loose) == 1 else 'them'} fit as well."
         )
+    if content.get("runs_disagree"):
+        yield (
+            "The runs differ in what they say of the constants by more than chance; the intervals hold it: "
+            "friction may differ from run to run, or the model lack something (diagnose)."
+        )
     apart = {
         name: entry
         for name, entry in constants.items()

@@ -20,11 +20,12 @@ FEWEST_RUNS, SURELY = 3, 0.01
 @dataclasses.dataclass(frozen=True)
 class Spread:
     """Covariance of the coordinates (p, p), their Student degrees of freedom (p), and the covariance that
-    white residuals would give (p, p)."""
+    white residuals would give (p, p); `by_runs`: whether runs are the clusters, for they surely disagree."""
 
     covariance: np.ndarray
     dof: np.ndarray
     model: np.ndarray
+    by_runs: bool = False
 
     def widened(self, covariance: np.ndarray) -> Spread:
         """The spread with the covariance of another, independent source of error added."""
@@ -70,14 +71,16 @@ def spread(stage: Stage, solution: Solution) -> Spread:
     inverse_root = np.linalg.inv(root)
     found = _robust(score, curvature, stage.clusters.reshape(-1), inverse_root)
     runs = np.repeat([segment.run for segment in stage.segments], stage.blocks)
+    disagree = False
     if len(np.unique(runs)) >= FEWEST_RUNS:
         by_run = _robust(score, curvature, runs, inverse_root)
-        found = by_run if found.is_surely_less_than(by_run) else found
+        disagree = found.is_surely_less_than(by_run)
+        found = by_run if disagree else found
     covariance = found.covariance
     model = inverse_root.T @ inverse_root
     model = model * max(1.0, float(np.median(solution.linear.cost / stage.lanes.counted())))
     short = np.sqrt(np.maximum(1.0, np.diag(model) / np.maximum(np.diag(covariance), 1e-300)))
-    return Spread(covariance * np.outer(short, short), found.dof, model)
+    return Spread(covariance * np.outer(short, short), found.dof, model, disagree)
 
 
 def _robust(

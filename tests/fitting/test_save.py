@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import dataclasses
 import json
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ import pytest
 from fitting.against import against, figures, stated
 from fitting.save import fit_content, save_fit
 from fitting.saved import read_fit
+from fitting.show import show_fit
 from jaxstick.cycle import Cycle
 from jaxstick.errors import UserError
 from jaxstick.output import OutputFolder, to_json
@@ -181,3 +184,14 @@ def test_figures_follow_the_spread(value, spread, text):
 )
 def test_stated_numbers_keep_their_look(value, text):
     assert stated(value) == text
+
+
+@pytest.mark.parametrize("disagree", [False, True])
+def test_runs_that_disagree_are_said_to(content, fitted, tiny, disagree):
+    """In the file, and in the summary."""
+    saved = fit_content(dataclasses.replace(fitted, runs_disagree=disagree), tiny)
+    assert saved["runs_disagree"] is disagree
+    said: list[str] = []
+    terminal: Any = SimpleNamespace(table=lambda *_: None, say=said.append)
+    show_fit({**content, "runs_disagree": saved["runs_disagree"]}, terminal)
+    assert any(sentence.startswith("The runs differ in what they say") for sentence in said) is disagree

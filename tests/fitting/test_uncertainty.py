@@ -79,12 +79,14 @@ def test_runs_that_disagree_are_as_many_pieces_of_evidence_as_there_are_runs():
     answers = [estimate(seed, 0.3, between_runs=1.0, **kind) for seed in range(600)]
     assert np.all(np.abs(coverage(answers) - 0.95) < 0.03)
     assert all(s.dof[0] == pytest.approx(6) for _, s in answers[:20])
+    assert all(s.by_runs for _, s in answers[:20])
 
 
 def test_runs_that_agree_are_no_clusters():
     answers = [estimate(seed, 0.3, runs=6, clusters=72) for seed in range(600)]
     assert np.all(np.abs(coverage(answers) - 0.95) < 0.03)
     assert np.mean([s.dof[0] < 10 for _, s in answers]) < 0.03
+    assert np.mean([s.by_runs for _, s in answers]) < 0.03
 
 
 def test_inflation_is_that_of_coloured_over_white_residuals():
