@@ -45,8 +45,8 @@ class AbstractEffect(eqx.Module):
     `traces` says what it changes in base, displacement and force once the rig's properties and the constants
     of friction are fitted, where other effects change the same: two that share a trace are aliases.
     `traces_in_motion` are those where the friction force was not recorded, so that the constants may give all
-    forces another scale; None where they are the same. `changes` says whether what it does changes along a
-    run all by itself, so that a strength that seems to change says no more than its shape does.
+    forces another scale; None where they are the same. `changes` says whether it is nothing new that it
+    changes along a run: it does so by itself, or another effect of the shelf is just that.
     """
 
     card: eqx.AbstractClassVar[Card]

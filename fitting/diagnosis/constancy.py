@@ -41,8 +41,8 @@ class Trend:
 
 
 def trend_of(model: Model, bench: Bench, at: Refit, keys: Sequence[str]) -> Trend | None:
-    """The effect of these that most surely changes along the runs, at a fit with or without it, of those that
-    do not do so by themselves; None where none surely does."""
+    """The effect of these that most surely changes along the runs, at a fit with or without it, of those of
+    which that is news; None where none surely does."""
     present = set(model.free_effects(at.free))
     lasting = {key for key in keys if not model.shelf.effects[key].changes}
     groups = [tuple(key for key in group if key in lasting) for group in model.groups()]

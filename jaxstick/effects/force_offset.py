@@ -34,6 +34,7 @@ class ForceOffset(AbstractEffect):
         source="E. O. Doebelin, Measurement Systems: Application and Design, 5th ed., McGraw-Hill 2004, on "
         "zero error and bias.",
     )
+    changes: ClassVar[bool] = True
     offset: Float[Array, ""] | float = parameter(
         "N", "recorded force where there is none", null=0.0, typical=0.02, by_run=True, default=0.0
     )

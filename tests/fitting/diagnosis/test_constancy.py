@@ -9,6 +9,7 @@ import pytest
 
 from fitting.diagnosis.constancy import NOTABLE, Trend, trend_of
 from fitting.diagnosis.refit import refit
+from jaxstick.catalogue import catalogue
 from jaxstick.parts.drive import SineDrive
 from jaxstick.record import Run
 from tests.fitting.diagnosis.grounded import from_the_truth, grounded_on, laid_out
@@ -65,3 +66,14 @@ def test_what_leaves_no_trace_does_not_change():
     model, bench = laid_out(dataset(run))
     fit = from_the_truth(model, bench, model.together((KEY,)), model.origin(TRUTH))
     assert trend_of(model, bench, fit, (KEY,)) is None
+
+
+def test_what_changes_by_itself_is_not_tested():
+    """Nor a wrong zero of the force: one that drifts is on the shelf."""
+    for key in ("force_offset", "force_drift", "force_highpass", "friction_drift"):
+        assert catalogue()[key].changes
+    assert not catalogue()[KEY].changes
+    run = own_run(SineDrive(1.5, 10.325e-3), samples=600)
+    model, bench = laid_out(dataset(run))
+    fit = from_the_truth(model, bench, (), model.origin(TRUTH))
+    assert trend_of(model, bench, fit, ("force_offset", "friction_drift")) is None
