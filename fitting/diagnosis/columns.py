@@ -58,6 +58,7 @@ def _mixed(whitener: np.ndarray, values: np.ndarray) -> np.ndarray:
     times = beside.shape[2]
     beside = np.ascontiguousarray(beside).reshape(lanes, rows, times * each)
     mixed = np.empty_like(beside)
-    np.matmul(whitener[:, :half], beside, out=mixed[:, :half])
-    np.matmul(whitener[:, half:, half:], beside[:, half:], out=mixed[:, half:])
+    with np.errstate(over="ignore", invalid="ignore"):
+        np.matmul(whitener[:, :half], beside, out=mixed[:, :half])
+        np.matmul(whitener[:, half:, half:], beside[:, half:], out=mixed[:, half:])
     return mixed.reshape(lanes, rows, times, each).transpose(2, 0, 1, 3).reshape(-1, rows, each)

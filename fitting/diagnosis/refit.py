@@ -118,7 +118,8 @@ def whole_cost(columns: Columns) -> np.ndarray:
 
 def data_cost(columns: Columns) -> np.ndarray:
     """The cost of every lane without the prior of its start."""
-    squares = columns.residual**2
+    with np.errstate(over="ignore"):
+        squares = columns.residual**2
     return _finite(squares[:, :-OWN].sum(1) + squares[:, START - OWN :].sum(1))
 
 
