@@ -67,9 +67,10 @@ def lay_out(
     samples = max(segment.last - segment.first for segment in segments) + beyond
     refine = max(_refinement(signal) for signal in signals)
     splines = [_drive_pieces(signal, refine) for signal in signals]
+    whole = [whole_cycles(signal.run) * refine for signal in signals]
     extents = [
-        _extent(*(part[: whole_cycles(signal.run) * refine] for part in pieces))
-        for signal, pieces in zip(signals, splines, strict=True)
+        _extent(base[:samples], force[:samples])
+        for (base, force), samples in zip(splines, whole, strict=True)
     ]
     histories = [History.of(signal, natural_period(signal.run.rig)) for signal in signals]
     known = list(zip(signals, histories, splines, strict=True))

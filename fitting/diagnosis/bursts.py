@@ -12,11 +12,10 @@ import dataclasses
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import median_abs_deviation
 
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.steadiness import MEDIAN_DISTANCE
+from fitting.diagnosis.steadiness import robust_deviation
 
 WINDOW = 0.05
 """Friction is looked at in windows of so much of a natural period,"""
@@ -87,17 +86,12 @@ def _in_run(rise: np.ndarray, friction: np.ndarray, velocity: np.ndarray) -> tup
     if fast.sum() < FEWEST_WINDOWS:
         return None
     above = _above_usual(rise[fast].mean(axis=1), velocity[fast].mean(axis=1))
-    spread = _spread(above)
+    spread = robust_deviation(above)
     high = above > HIGH * spread
     if high.mean() <= OFTEN or (above < -HIGH * spread).any():
         return None
     level = np.median(friction[fast].mean(axis=1))
     return float(high.mean()), float(np.median(above[high]) / level)
-
-
-def _spread(values: np.ndarray) -> float:
-    """The standard deviation of normal values that have this median distance from their median."""
-    return float(median_abs_deviation(values, scale=MEDIAN_DISTANCE))
 
 
 def _above_usual(rise: np.ndarray, velocity: np.ndarray) -> np.ndarray:
@@ -108,7 +102,7 @@ def _above_usual(rise: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     coefficients = np.array([np.median(rise), 0.0, 0.0, 0.0, 0.0])
     left = rise - design @ coefficients
     for _ in range(ALTERNATIONS):
-        scale = max(_spread(left), 1e-300)
+        scale = max(robust_deviation(left), 1e-300)
         solution = least_squares(
             lambda values, scale=scale: (rise - design @ values) / scale,
             coefficients,

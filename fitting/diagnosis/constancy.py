@@ -52,14 +52,15 @@ def trend_of(model: Model, bench: Bench, at: Refit, keys: Sequence[str]) -> Tren
         return None
     common, (still,) = templates_of(model, bench, at, groups, [at.point.coordinates])
     time = _along(bench)[:, None, None]
-    moving = Projected(*(values * time for values in still))
-    surely = float(chi2.isf(CHANCE / still.columns.shape[2], 1))
+    columns = still.beside(Projected(*(values * time for values in still)))
+    table, count = Table(model, bench, at, common, columns), still.columns.shape[2]
+    surely = float(chi2.isf(CHANCE / count, 1))
     found = []
     for key, place in zip(ordered, places_of(model, bench, ordered), strict=True):
         fitted = strengths_of(model, bench, at.point, key) if key in present else None
+        others = place if fitted is None else place[:0]
         for number, own in enumerate(place):
-            columns = moving.take([own]) if key in present else moving.take([own]).beside(still.take(place))
-            change = _Change.of(Table(model, bench, at, common, columns), common, columns)
+            change = _Change.of(table, common, columns, np.array([own + count, *others]))
             mean = change.others[number] if fitted is None else fitted[number]
             found.append(Trend(key, change.gain, change.evidence, bool(mean * change.amount > 0)))
     found = [trend for trend in found if trend.gain > NOTABLE and trend.evidence > surely]
@@ -78,8 +79,9 @@ def _along(bench: Bench) -> np.ndarray:
 
 
 class _Change(NamedTuple):
-    """What the first of some columns gains where the others are free as well: its amount, theirs, the fall of
-    chi-square, and that over what scores vary by from lane to lane where all have been let free."""
+    """What the first of some columns gains where the others of these places are free as well: its amount,
+    theirs, the fall of chi-square, and that over what scores vary by from lane to lane where all have been
+    let free."""
 
     amount: float
     others: np.ndarray
@@ -87,17 +89,17 @@ class _Change(NamedTuple):
     evidence: float
 
     @classmethod
-    def of(cls, table: Table, common: Projected, columns: Projected) -> _Change:
-        every = np.arange(columns.columns.shape[2])
-        first, rest = every[:1], every[1:]
-        amounts = np.linalg.solve(table.information(every), -table.gram[every, -1])
-        room = np.linalg.solve(table.information(rest), table.gram[np.ix_(rest, first)])[:, 0]
-        information = float(table.information(first)[0, 0] - room @ table.gram[rest, 0])
+    def of(cls, table: Table, common: Projected, columns: Projected, place: np.ndarray) -> _Change:
+        first, rest = place[0], place[1:]
+        amounts = np.linalg.solve(table.information(place), -table.gram[place, -1])
+        room = np.linalg.solve(table.information(rest), table.gram[rest, first])
+        information = float(table.information(place[:1])[0, 0] - room @ table.gram[rest, first])
         base = common.columns[:, :, :-1]
-        alone = columns.columns + base @ table.answers[:, :, :-1]
+        own, answers = columns.columns[:, :, place], table.answers[:, :, place]
+        alone = own + base @ answers
         alone = alone[:, :, 0] - alone[:, :, 1:] @ room
-        moved = table.answers[:, :, -1] + table.answers[:, :, :-1] @ amounts
-        left = common.columns[:, :, -1] + columns.columns @ amounts + np.einsum("lrb,lb->lr", base, moved)
+        moved = table.answers[:, :, -1] + answers @ amounts
+        left = common.columns[:, :, -1] + own @ amounts + np.einsum("lrb,lb->lr", base, moved)
         scores = np.einsum("lr,lr->l", alone, left)
         gain, spread = float(amounts[0] ** 2 * information), max(float(scores @ scores), 1e-300)
         return cls(float(amounts[0]), amounts[1:], gain, gain * information / spread)

@@ -36,10 +36,6 @@ class Projected(NamedTuple):
     columns: np.ndarray
     answer: np.ndarray
 
-    def take(self, place: Sequence[int] | np.ndarray) -> Projected:
-        """Some of the columns."""
-        return Projected(*(values[:, :, np.asarray(place, int)] for values in self))
-
     def beside(self, other: Projected) -> Projected:
         """The columns of both."""
         return Projected(*(np.concatenate(both, axis=2) for both in zip(self, other, strict=True)))
@@ -150,9 +146,7 @@ class Table:
         self.answers = self.response[layout.index[bench.run]]
         self.own = np.concatenate([templates.answer, common.answer[:, :, -1:]], axis=2)
         self.own = self.own + np.einsum("lob,lbe->loe", common.answer[:, :, :-1], self.answers)
-        by_lane = products[:, :, -1] - np.einsum(
-            "lc,lce->le", across[:, :, -1], slope[layout.index[bench.run]]
-        )
+        by_lane = products[:, :, -1] + np.einsum("lc,lce->le", across[:, :, -1], self.answers)
         self.by_lane = by_lane[:, :-1]
 
     def information(self, place: np.ndarray) -> np.ndarray:

@@ -60,6 +60,11 @@ def steadier(before: Levels, after: Levels, run: np.ndarray) -> float:
     return now - then
 
 
+def robust_deviation(values: np.ndarray) -> float:
+    """The standard deviation of normal values that lie as far around their median."""
+    return float(median_abs_deviation(values, scale=MEDIAN_DISTANCE))
+
+
 def _without_strays(
     before: Levels, after: Levels, counts: np.ndarray, run: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -68,7 +73,7 @@ def _without_strays(
     then, now = before.best.copy(), after.best.copy()
     for number in np.unique(run[counts]):
         lanes = (run == number) & counts
-        spread = (median_abs_deviation(values[lanes], scale=MEDIAN_DISTANCE) for values in (then, now))
+        spread = (robust_deviation(values[lanes]) for values in (then, now))
         most = FAR * max(SCALES[0], *spread)
         for values in (then, now):
             middle = float(np.median(values[lanes]))
