@@ -107,12 +107,16 @@ class Attribution:
         return len(best.keys) > 1 and NOTABLE * self.floor < left < MORE_THAN_ONE * alone
 
 
-def attribute(model: Model, bench: Bench, seen: Survey, progress: Progress) -> Attribution:
-    """Looks for pairs where one effect leaves more than noise, and weighs all explanations."""
+def attribute(
+    model: Model, bench: Bench, seen: Survey, progress: Progress, known: Sequence[Explanation] = ()
+) -> Attribution:
+    """Looks for pairs where one effect leaves more than noise, and weighs all explanations, the pairs among
+    them that are `known`."""
     nominal, first, found, floor = seen.nominal, seen.screen, list(seen.found), seen.floor
     if wanders(nominal) and (wanders(found[0].refit) or not seen.suffices):
         still = with_still_friction(model, bench, nominal, found[0], first.shapes, progress)
         found = freed(model, bench, best_of([*found, *still]))
+    found = sorted([*found, *known], key=lambda explanation: explanation.refit.misfit)
     best, singles = found[0], [e for e in found if len(e.keys) == 1]
     nominal = borrowed(model, bench, nominal, best.refit)
     floor = min(floor, floor_of(model, bench, [nominal, best.refit]))

@@ -5,11 +5,15 @@ from __future__ import annotations
 
 import dataclasses
 
-from fitting.diagnosis.attribute import Attribution, on_another_bench
+import numpy as np
+
+from fitting.diagnosis.attribute import Attribution, attribute, on_another_bench
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contacts import Chosen, concerns_contact
 from fitting.diagnosis.elsewhere import in_place
+from fitting.diagnosis.explanation import best_of
 from fitting.diagnosis.ground import resolved
+from fitting.diagnosis.model import Model
 from fitting.diagnosis.other_contact import beside_single_effects
 from fitting.diagnosis.refit import refit
 from fitting.diagnosis.repeatability import floor_of
@@ -77,6 +81,39 @@ def weighed_anew(
         chosen, bench = _evened(chosen, paper.ground.bench, plain, held, best.point)
         found = on_another_bench(chosen.model, bench, found)
     return chosen, bench, found
+
+
+def in_units_of_noise(
+    paper: Chosen, chosen: Chosen, bench: Bench, plain: Bench, found: Attribution, progress: Progress
+) -> tuple[Chosen, Bench, Attribution]:
+    """The choice, the bench and what explains the records there, sought anew with residuals in units of the
+    noise where the best explanation leaves hardly more that does not repeat itself once it is fitted to
+    these: what a wrong model leaves is not the same in every cycle where the motion is not, and in units of
+    that it hides what acts besides."""
+    if not bench.scatters:
+        return chosen, bench, found
+    best = found.explanations[0].refit
+    if floor_of(chosen.model, plain, refit(chosen.model, plain, [best.point], [best.free])) > NOTABLE:
+        return chosen, bench, found
+    ground = dataclasses.replace(chosen.ground, bench=paper.ground.bench, scatter=None)
+    found = _sought_anew(chosen.model, plain, paper.ground.begins, found, progress)
+    return dataclasses.replace(chosen, ground=ground), plain, found
+
+
+def _sought_anew(
+    model: Model, bench: Bench, begins: np.ndarray, found: Attribution, progress: Progress
+) -> Attribution:
+    """What explains the records on another bench, sought from the beginning on and from what is known."""
+    leading = found.leading
+    fits = refit(model, bench, [e.refit.point for e in leading], [e.refit.free for e in leading])
+    known = [dataclasses.replace(e, refit=fit) for e, fit in zip(leading, fits, strict=True)]
+    nominal = nominal_on(model, bench, found.nominal.point)
+    seen = survey(model, bench, nominal, begins, progress)
+    singles = best_of([*seen.found, *(e for e in known if len(e.keys) == 1)])
+    singles.sort(key=lambda e: e.refit.misfit)
+    floor = min(seen.floor, floor_of(model, bench, [nominal, *fits]))
+    seen = dataclasses.replace(seen, found=tuple(singles), floor=floor)
+    return attribute(model, bench, seen, progress, [e for e in known if len(e.keys) > 1])
 
 
 def _may_be_the_contact(chosen: Chosen, bench: Bench, seen: Survey) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -208,3 +209,54 @@ def test_what_two_effects_show_to_be_overrated_is_found_anew(laid, monkeypatch):
     assert weighed_anew(laid, monkeypatch, bench, 0.9)[:2] == (chosen, bench)
     assert weighed_anew(laid, monkeypatch, laid.plain, 0.6)[:2] == (chosen, laid.plain)
     weighed_anew(laid, monkeypatch, bench, *[0.6] * (1 + turns.TURNS))
+
+
+@pytest.mark.parametrize(("floor", "anew"), [(1.0, True), (60.0, False)])
+def test_what_repeats_itself_under_the_best_explanation_is_sought_in_units_of_the_noise(
+    laid, monkeypatch, floor, anew
+):
+    """Once that is fitted to such residuals; and only where residuals are weighed otherwise."""
+    model = laid.paper.model
+    scatter = Scatter.of(model, laid.plain, laid.poor.point, laid.paper.problem.period)
+    bench = scatter.evened(model, laid.plain, laid.poor.point)
+    chosen = dataclasses.replace(laid.paper, ground=dataclasses.replace(laid.paper.ground, scatter=scatter))
+    found: Any = Judged((Explanation((UNEVEN,), PROMISE, laid.poor),))
+    other: Any = Judged(())
+
+    def floor_of(_: object, where: Bench, fits: Sequence[Refit]) -> float:
+        assert where is laid.plain and fits == [laid.right]
+        return floor
+
+    monkeypatch.setattr(turns, "refit", lambda *_: [laid.right])
+    monkeypatch.setattr(turns, "floor_of", floor_of)
+    monkeypatch.setattr(
+        turns, "_sought_anew", lambda _, where, *others: other if where is laid.plain else None
+    )
+    again, where, out = turns.in_units_of_noise(laid.paper, chosen, bench, laid.plain, found, Silent())
+    if anew:
+        assert where is laid.plain and out is other
+        assert again.ground.scatter is None and again.ground.bench is laid.paper.ground.bench
+    else:
+        assert again is chosen and where is bench and out is found
+    stays = turns.in_units_of_noise(laid.paper, chosen, laid.plain, laid.plain, found, Silent())
+    assert stays == (chosen, laid.plain, found)
+
+
+def test_what_is_sought_anew_begins_with_what_is_known(laid, monkeypatch):
+    """Of each single effect the better fit counts, pairs are handed on, and the lower floor is the floor."""
+
+    def explained(misfit: float, *keys: str) -> Explanation:
+        return Explanation(keys, PROMISE, dataclasses.replace(laid.right, misfit=misfit))
+
+    pair, *singles = explained(1.0, "a", "b"), explained(3.0, "a"), explained(2.0, "c")
+    fits = [e.refit for e in (pair, *singles)]
+    seen = Survey(laid.poor, SCREEN, (explained(2.5, "c"), explained(4.0, "a")), 1.3)
+    found: Any = SimpleNamespace(leading=(pair, *singles), nominal=laid.poor)
+    monkeypatch.setattr(turns, "refit", lambda *_: fits)
+    monkeypatch.setattr(turns, "nominal_on", lambda *_: laid.poor)
+    monkeypatch.setattr(turns, "survey", lambda *_: seen)
+    monkeypatch.setattr(turns, "floor_of", lambda _, bench, given: 1.1 if given == [laid.poor, *fits] else 0)
+    monkeypatch.setattr(turns, "attribute", lambda model, bench, *given: given)
+    survey, _, known = turns._sought_anew(laid.paper.model, laid.plain, NOBODY, found, Silent())
+    assert [(e.keys, e.refit.misfit) for e in survey.found] == [(("c",), 2.0), (("a",), 3.0)]
+    assert survey.floor == 1.1 and survey.nominal is laid.poor and known == [pair]
