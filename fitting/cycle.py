@@ -7,8 +7,8 @@ import numpy as np
 from jaxstick.formats.harmonic import fit_harmonic
 from jaxstick.record import Run
 
-PERIODIC = 0.98
-"""An excitation of which one sine has this share of the variance repeats itself."""
+IMPURE = 0.02
+"""An excitation of which one sine leaves no more than this share of the variance repeats itself."""
 
 
 def samples_a_cycle(run: Run) -> float | None:
@@ -18,8 +18,10 @@ def samples_a_cycle(run: Run) -> float | None:
     for channel in (run.base, run.force):
         if channel is not None and np.ptp(channel) > 0:
             found = fit_harmonic(run.time, channel)
-            if found.amplitude**2 / 2 > PERIODIC * np.var(channel):
-                return 1 / (found.frequency * run.interval)
+            cycle = 1 / (found.frequency * run.interval)
+            left = np.var(channel - found.at(run.time))
+            if cycle <= len(channel) and left < IMPURE * np.var(channel):
+                return cycle
     return None
 
 
@@ -27,9 +29,9 @@ def whole_cycles(run: Run) -> int:
     """The number of samples from a run's beginning on in whole cycles of its excitation: all of them where
     there is no cycle, or none is whole.
 
-    A cycle that is cut short would count one side of it more than the other.
+    A cycle that is cut short, by more than half a sample, would count one side of it more than the other.
     """
     samples, cycle = len(run.time), samples_a_cycle(run)
     if cycle is None or cycle > samples:
         return samples
-    return round(samples // cycle * cycle)
+    return min(round((samples + 0.5) // cycle * cycle), samples)

@@ -62,7 +62,6 @@ def _sine(run: Run, channel: NDArray[np.float64] | None) -> tuple[float, float, 
     sine = fit_harmonic(run.time, channel)
     if sine.frequency * len(run.time) * run.interval < 1 or sine.amplitude == 0:
         return None
-    model = sine.mean + sine.amplitude * np.sin(2 * math.pi * sine.frequency * run.time + sine.phase)
-    if np.std(channel - model) > IMPURE * sine.amplitude / math.sqrt(2):
+    if np.std(channel - sine.at(run.time)) > IMPURE * sine.amplitude / math.sqrt(2):
         return None
     return sine.frequency, sine.amplitude, sine.phase

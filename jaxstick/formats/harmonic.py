@@ -16,6 +16,10 @@ class Harmonic:
     phase: float
     mean: float
 
+    def at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Its values at these times [s]."""
+        return self.mean + self.amplitude * np.sin(2 * math.pi * self.frequency * time + self.phase)
+
 
 def fit_harmonic(
     time: NDArray[np.float64], samples: NDArray[np.float64], frequency: float | None = None
