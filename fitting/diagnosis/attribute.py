@@ -13,7 +13,7 @@ from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contacts import NOTABLE, carried, free_under
 from fitting.diagnosis.credit import NEARLY_BEST
-from fitting.diagnosis.enough import hints, leaves_nothing, passes_for_noise
+from fitting.diagnosis.enough import hints, is_nothing_but_noise, leaves_nothing, passes_for_noise
 from fitting.diagnosis.explanation import Explanation, best_of
 from fitting.diagnosis.findings import Yardstick
 from fitting.diagnosis.influence import told_by_many
@@ -116,12 +116,12 @@ def attribute(
     if wanders(nominal) and (wanders(found[0].refit) or not seen.suffices):
         still = with_still_friction(model, bench, nominal, found[0], first.shapes, progress)
         found = freed(model, bench, best_of([*found, *still]))
-    found = sorted([*found, *known], key=lambda explanation: explanation.refit.misfit)
+    found = sorted(best_of([*found, *known]), key=lambda explanation: explanation.refit.misfit)
     best, singles = found[0], [e for e in found if len(e.keys) == 1]
     nominal = borrowed(model, bench, nominal, best.refit)
     floor = min(floor, floor_of(model, bench, [nominal, best.refit]))
     left = nominal.misfit / floor, best.refit.misfit / floor
-    alone = leaves_nothing(*left)
+    alone = leaves_nothing(*left) if best is singles[0] else is_nothing_but_noise(left[1])
     around = screen(model, bench, singles[0].refit, own_group=alone, shapes=[] if alone else None)
     if alone and worth_a_second(bench, singles[0].refit, around):
         alone, around = False, screen(model, bench, singles[0].refit)

@@ -29,4 +29,9 @@ def passes_for_noise(misfit: float) -> bool:
 
 def leaves_nothing(nominal: float, alone: float) -> bool:
     """Whether one effect leaves so little of the excess that no second one need be sought."""
-    return alone < max(NOISE, 1 + NOTHING * (nominal - 1))
+    return is_nothing_but_noise(alone) or alone < 1 + NOTHING * (nominal - 1)
+
+
+def is_nothing_but_noise(misfit: float) -> bool:
+    """Whether what an explanation leaves says nothing of another effect."""
+    return misfit < NOISE
