@@ -31,7 +31,7 @@ from fitting.diagnosis.shrink import (
     steadies,
     worsens,
 )
-from fitting.diagnosis.turns import in_units_of_noise, surveyed, weighed_anew
+from fitting.diagnosis.turns import less_scattered, surveyed, weighed_anew
 from fitting.diagnosis.verdict import NONE, UNLISTED
 from fitting.diagnosis.words import only_there, refutation
 from fitting.progress import Progress
@@ -113,7 +113,7 @@ def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquir
     chosen, bench, seen = surveyed(paper, plain, begin, held, progress)
     found = attribute(chosen.model, bench, seen, progress)
     chosen, bench, found = weighed_anew(paper, chosen, bench, plain, held, found)
-    chosen, bench, found = in_units_of_noise(paper, chosen, bench, plain, found, progress)
+    chosen, bench, found = less_scattered(paper, chosen, bench, plain, held, found, progress)
     if chosen.words is None and found.asks_for_a_contact:
         chosen, found = beside_a_pair(chosen, bench, found, held, progress)
     if chosen.words is None:

@@ -29,6 +29,9 @@ LINKED = 1.3
 """Where the displacement, freed of what the friction force says, scatters by more than so many times as much
 as before, it is not friction that moves it."""
 
+NOTABLY = 1.3
+"""Scatter is notably more than another if it is more than so many times that in one of the channels."""
+
 RESTLESS = 3.0
 """Friction that scatters within segments by more than so many times the noise of its sensor,"""
 WITHIN = 3.0
@@ -56,6 +59,10 @@ class Scatter:
         """How many times the noise displacement and friction scatter in the phase where each does most."""
         displacement, friction = zip(*self.variances.values(), strict=True)
         return math.sqrt(max(displacement)), math.sqrt(max(friction))
+
+    def exceeds(self, other: Scatter) -> bool:
+        """Whether it is notably more than another."""
+        return any(mine > NOTABLY * its for mine, its in zip(self.most(), other.most(), strict=True))
 
     @classmethod
     def of(cls, model: Model, bench: Bench, point: Point, period: float) -> Scatter:

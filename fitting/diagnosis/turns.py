@@ -83,21 +83,33 @@ def weighed_anew(
     return chosen, bench, found
 
 
-def in_units_of_noise(
-    paper: Chosen, chosen: Chosen, bench: Bench, plain: Bench, found: Attribution, progress: Progress
+def less_scattered(
+    paper: Chosen,
+    chosen: Chosen,
+    bench: Bench,
+    plain: Bench,
+    held: Split,
+    found: Attribution,
+    progress: Progress,
 ) -> tuple[Chosen, Bench, Attribution]:
-    """The choice, the bench and what explains the records there, sought anew with residuals in units of the
-    noise where the best explanation leaves hardly more that does not repeat itself once it is fitted to
-    these: what a wrong model leaves is not the same in every cycle where the motion is not, and in units of
-    that it hides what acts besides."""
-    if not bench.scatters:
+    """The choice, the bench and what explains the records there, where less does not repeat itself under the
+    best explanation, fitted to residuals in units of the noise, than was taken for it: what a wrong model
+    leaves is not the same in every cycle where the motion is not, and in units of that it hides what acts
+    besides. All are weighed anew by what is left of it, or, where that is hardly more than the noise, sought
+    anew in units of the noise."""
+    taken = chosen.ground.scatter
+    if not bench.scatters or taken is None:
         return chosen, bench, found
-    best = found.explanations[0].refit
-    if floor_of(chosen.model, plain, refit(chosen.model, plain, [best.point], [best.free])) > NOTABLE:
-        return chosen, bench, found
-    ground = dataclasses.replace(chosen.ground, bench=paper.ground.bench, scatter=None)
-    found = _sought_anew(chosen.model, plain, paper.ground.begins, found, progress)
-    return dataclasses.replace(chosen, ground=ground), plain, found
+    model, best = chosen.model, found.explanations[0].refit
+    (best,) = refit(model, plain, [best.point], [best.free])
+    if floor_of(model, plain, [best]) <= NOTABLE:
+        ground = dataclasses.replace(chosen.ground, bench=paper.ground.bench, scatter=None)
+        found = _sought_anew(model, plain, paper.ground.begins, found, progress)
+        return dataclasses.replace(chosen, ground=ground), plain, found
+    if taken.exceeds(Scatter.of(model, plain, best.point, chosen.problem.period)):
+        chosen, bench = _evened(chosen, paper.ground.bench, plain, held, best.point)
+        found = on_another_bench(model, bench, found)
+    return chosen, bench, found
 
 
 def _sought_anew(

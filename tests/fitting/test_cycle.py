@@ -21,7 +21,7 @@ def driven(base: np.ndarray, frequency: float | None = None) -> Run:
     return Run(
         file="run-01.csv",
         rig=RIG,
-        time=0.005 * np.arange(len(base)),
+        time=np.linspace(0, 0.005 * (len(base) - 1), len(base)),
         displacement=base,
         base=base,
         frequency=frequency,

@@ -211,35 +211,55 @@ def test_what_two_effects_show_to_be_overrated_is_found_anew(laid, monkeypatch):
     weighed_anew(laid, monkeypatch, bench, *[0.6] * (1 + turns.TURNS))
 
 
-@pytest.mark.parametrize(("floor", "anew"), [(1.0, True), (60.0, False)])
-def test_what_repeats_itself_under_the_best_explanation_is_sought_in_units_of_the_noise(
-    laid, monkeypatch, floor, anew
-):
-    """Once that is fitted to such residuals; and only where residuals are weighed otherwise."""
-    model = laid.paper.model
-    scatter = Scatter.of(model, laid.plain, laid.poor.point, laid.paper.problem.period)
-    bench = scatter.evened(model, laid.plain, laid.poor.point)
-    chosen = dataclasses.replace(laid.paper, ground=dataclasses.replace(laid.paper.ground, scatter=scatter))
-    found: Any = Judged((Explanation((UNEVEN,), PROMISE, laid.poor),))
-    other: Any = Judged(())
+class Again:
+    """What is found where residuals were weighed by what does not repeat itself under a wrong refit, and the
+    best explanation, fitted in units of the noise, leaves such a floor there."""
 
-    def floor_of(_: object, where: Bench, fits: Sequence[Refit]) -> float:
-        assert where is laid.plain and fits == [laid.right]
-        return floor
+    def __init__(self, laid: Laid, monkeypatch: pytest.MonkeyPatch, wrong: Refit, floor: float) -> None:
+        model, period = laid.paper.model, laid.paper.problem.period
+        scatter = Scatter.of(model, laid.plain, wrong.point, period)
+        self.before = scatter.evened(model, laid.plain, wrong.point)
+        ground = dataclasses.replace(laid.paper.ground, scatter=scatter)
+        self.chosen = dataclasses.replace(laid.paper, ground=ground)
+        self.found, self.weighed, self.sought = (
+            Judged((Explanation((UNEVEN,), PROMISE, laid.poor),)) for _ in range(3)
+        )
+        self.benches: list[Bench] = []
 
-    monkeypatch.setattr(turns, "refit", lambda *_: [laid.right])
-    monkeypatch.setattr(turns, "floor_of", floor_of)
-    monkeypatch.setattr(
-        turns, "_sought_anew", lambda _, where, *others: other if where is laid.plain else None
-    )
-    again, where, out = turns.in_units_of_noise(laid.paper, chosen, bench, laid.plain, found, Silent())
-    if anew:
-        assert where is laid.plain and out is other
-        assert again.ground.scatter is None and again.ground.bench is laid.paper.ground.bench
-    else:
-        assert again is chosen and where is bench and out is found
-    stays = turns.in_units_of_noise(laid.paper, chosen, laid.plain, laid.plain, found, Silent())
-    assert stays == (chosen, laid.plain, found)
+        def told(bench: Bench, found: Judged) -> Judged:
+            self.benches.append(bench)
+            return found
+
+        monkeypatch.setattr(turns, "refit", lambda *_: [laid.right])
+        monkeypatch.setattr(turns, "floor_of", lambda _, bench, fits: floor if bench is laid.plain else None)
+        monkeypatch.setattr(turns, "on_another_bench", lambda _, bench, found: told(bench, self.weighed))
+        monkeypatch.setattr(turns, "_sought_anew", lambda _, bench, *given: told(bench, self.sought))
+        self.laid = laid
+        self.again, self.bench, self.out = self.on(self.before)
+
+    def on(self, bench: Bench) -> tuple[Chosen, Bench, Any]:
+        found: Any = self.found
+        laid = self.laid
+        return turns.less_scattered(laid.paper, self.chosen, bench, laid.plain, laid.held, found, Silent())
+
+
+def test_what_repeats_itself_under_the_best_explanation_is_sought_in_units_of_the_noise(laid, monkeypatch):
+    made = Again(laid, monkeypatch, laid.poor, 1.0)
+    assert made.out is made.sought and made.benches == [laid.plain] and made.bench is laid.plain
+    assert made.again.ground.scatter is None and made.again.ground.bench is laid.paper.ground.bench
+
+
+def test_what_scatters_less_under_the_best_explanation_is_weighed_anew(laid, monkeypatch):
+    made = Again(laid, monkeypatch, laid.poor, 60.0)
+    assert made.out is made.weighed and made.benches == [made.bench] and made.bench is not made.before
+    model, period = laid.paper.model, laid.paper.problem.period
+    assert made.again.ground.scatter == Scatter.of(model, laid.plain, laid.right.point, period)
+
+
+def test_what_scatters_as_it_was_taken_to_stays(laid, monkeypatch):
+    made = Again(laid, monkeypatch, laid.right, 60.0)
+    assert (made.again, made.bench, made.out) == (made.chosen, made.before, made.found)
+    assert made.on(laid.plain) == (made.chosen, laid.plain, made.found) and not made.benches
 
 
 def test_what_is_sought_anew_begins_with_what_is_known(laid, monkeypatch):
@@ -257,6 +277,7 @@ def test_what_is_sought_anew_begins_with_what_is_known(laid, monkeypatch):
     monkeypatch.setattr(turns, "survey", lambda *_: seen)
     monkeypatch.setattr(turns, "floor_of", lambda _, bench, given: 1.1 if given == [laid.poor, *fits] else 0)
     monkeypatch.setattr(turns, "attribute", lambda model, bench, *given: given)
-    survey, _, known = turns._sought_anew(laid.paper.model, laid.plain, NOBODY, found, Silent())
+    anew: Any = turns._sought_anew(laid.paper.model, laid.plain, NOBODY, found, Silent())
+    survey, _, known = anew
     assert [(e.keys, e.refit.misfit) for e in survey.found] == [(("c",), 2.0), (("a",), 3.0)]
     assert survey.floor == 1.1 and survey.nominal is laid.poor and known == [pair]
