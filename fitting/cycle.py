@@ -11,18 +11,23 @@ IMPURE = 0.02
 """An excitation of which one sine leaves no more than this share of the variance repeats itself."""
 
 
-def samples_a_cycle(run: Run) -> float | None:
-    """The number of samples in a cycle of a run's excitation; None where none is stated or seen."""
+def frequency_of(run: Run) -> float | None:
+    """The frequency of a run's excitation [Hz]; None where none is stated or seen."""
     if run.frequency is not None:
-        return 1 / (run.frequency * run.interval)
+        return run.frequency
     for channel in (run.base, run.force):
         if channel is not None and np.ptp(channel) > 0:
             found = fit_harmonic(run.time, channel)
-            cycle = 1 / (found.frequency * run.interval)
             left = np.var(channel - found.at(run.time))
-            if cycle <= len(channel) and left < IMPURE * np.var(channel):
-                return cycle
+            if found.frequency * run.interval * len(channel) >= 1 and left < IMPURE * np.var(channel):
+                return found.frequency
     return None
+
+
+def samples_a_cycle(run: Run) -> float | None:
+    """The number of samples in a cycle of a run's excitation; None where none is stated or seen."""
+    frequency = frequency_of(run)
+    return None if frequency is None else 1 / (frequency * run.interval)
 
 
 def whole_cycles(run: Run) -> int:

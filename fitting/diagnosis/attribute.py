@@ -37,9 +37,9 @@ WORTH = 0.03
 large a share of what is left, too: noise may be less than is stated."""
 MORE_THAN_ONE = 0.8
 """Contacts are tried beside two effects that leave less than this share of what one leaves."""
-CARRIED = 8
-"""So many explanations are fitted once more: under a contact that the best of them asks for, or weighed
-anew."""
+CARRIED, ALONE = 8, 4
+"""So many explanations are fitted once more, and so many single effects at least: under a contact that the
+best of them asks for, or weighed anew."""
 LOST = 0.05
 """No more than this share of the lanes is lost where nothing acts."""
 PIECES_A_LANE, PIECES_FREED = 1.0, 3.0
@@ -89,12 +89,14 @@ class Attribution:
 
     @property
     def leading(self) -> tuple[Explanation, ...]:
-        """The best explanations, and each effect of the very best alone."""
+        """The best explanations, the best single effects, and each effect of the very best alone."""
         best, *_ = self.explanations
+        singles = [e.keys[0] for e in self.explanations if len(e.keys) == 1]
+        alone = {*singles[:ALONE], *best.keys}
         return tuple(
             e
             for place, e in enumerate(self.explanations)
-            if place < CARRIED or (len(e.keys) == 1 and e.keys[0] in best.keys)
+            if place < CARRIED or (len(e.keys) == 1 and e.keys[0] in alone)
         )
 
     @property

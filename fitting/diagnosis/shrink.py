@@ -8,6 +8,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from fitting.cycle import frequency_of
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.elsewhere import elsewhere
 from fitting.diagnosis.findings import Closure
@@ -62,13 +63,14 @@ def split(problem: Problem, bench: Bench, hold_out: Sequence[str], fitted: Colle
 
     Among the runs that are fitted are the slowest, the fastest and the one of the largest stroke, so that
     what is held out asks for nothing beyond what was seen: an end stop, say, may act in one run alone. Those
-    asked to be `fitted` are so in any case, and the extreme ones where others are left.
+    asked to be `fitted` are so in any case, and the extreme ones where others are left. A run without a
+    frequency, stated or seen, is as slow as any.
     """
     runs = [signal.run for signal in problem.chosen]
     files = [run.file for run in runs]
     named = tuple(dict.fromkeys(hold_out))
     if not named and len(files) >= FEWEST_RUNS:
-        order = sorted(range(len(files)), key=lambda n: runs[n].frequency or n)
+        order = sorted(range(len(files)), key=lambda n: frequency_of(runs[n]) or 0.0)
         longest = max(order, key=lambda n: float(np.ptp(runs[n].displacement)))
         free = [n for n in order if files[n] not in fitted]
         inner = [n for n in free if n not in (order[0], order[-1], longest)] or free

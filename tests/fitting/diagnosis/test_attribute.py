@@ -67,15 +67,15 @@ def test_a_contact_is_asked_for_where_two_effects_leave_less_than_one_and_yet_a_
     assert not asked.fget(found)
 
 
-def test_what_is_fitted_once_more_holds_the_effects_of_the_best_alone():
-    """A pair is judged by what its effects leave alone, however many other pairs come before these."""
+def test_what_is_fitted_once_more_holds_the_best_alone_and_the_effects_of_the_very_best():
+    """A pair is judged by what its effects leave alone, and one effect by what others do in its place,
+    however many other pairs come before these."""
     pairs = [("one", f"other {n}") for n in range(9)]
-    explanations = [
-        SimpleNamespace(keys=keys) for keys in (*pairs, ("none of these",), ("one",), ("other 3",))
-    ]
+    singles = ["some", *(f"another {n}" for n in range(4)), "one", "other 3"]
+    explanations = [SimpleNamespace(keys=keys) for keys in (*pairs, *((key,) for key in singles))]
     leading: Any = Attribution.leading
     found = [e.keys for e in leading.fget(SimpleNamespace(explanations=explanations))]
-    assert found == [*pairs[:8], ("one",)]
+    assert found == [*pairs[:8], *((key,) for key in singles[:4]), ("one",)]
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ from fitting.diagnosis.shrink import (
     steadies,
     worsens,
 )
+from jaxstick.record import KnownRig, Run
 
 CLOSED = Closure(6.6, 1.1, 1.0, 14.0, 0.98, (0.95, 1.0), -0.02, 0.4, ("run-02.csv",), False)
 
@@ -57,6 +58,28 @@ def test_what_is_held_out_lies_within_what_is_fitted(runs):
     for every in (frequencies, strokes):
         assert max(every[n] for n in fitted) == max(every)
     assert min(frequencies[n] for n in fitted) == min(frequencies)
+
+
+def test_the_frequency_of_a_base_that_is_recorded_need_not_be_stated():
+    """In whatever order the runs come."""
+    time = np.linspace(0.0, 6.0, 1200)
+    order = [2.9, 0.7, 1.3, 4.1, 0.4, 2.2]
+    signals = [
+        SimpleNamespace(
+            run=Run(
+                file=str(frequency),
+                rig=KnownRig(2.38, 1986.0, 1986.0, 4.53, 0.0),
+                time=time,
+                displacement=0.01 * np.sin(2 * np.pi * frequency * time),
+                base=0.01 * np.sin(2 * np.pi * frequency * time),
+            )
+        )
+        for frequency in order
+    ]
+    problem: Any = SimpleNamespace(chosen=signals)
+    bench: Any = SimpleNamespace(run=np.arange(len(signals)))
+    held = [float(file) for file in split(problem, bench, ()).files]
+    assert len(held) == 2 and min(held) > min(order) and max(held) < max(order)
 
 
 @given(
