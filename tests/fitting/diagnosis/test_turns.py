@@ -268,7 +268,7 @@ def test_what_is_sought_anew_begins_with_what_is_known(laid, monkeypatch):
     def explained(misfit: float, *keys: str) -> Explanation:
         return Explanation(keys, PROMISE, dataclasses.replace(laid.right, misfit=misfit))
 
-    pair, *singles = explained(1.0, "a", "b"), explained(3.0, "a"), explained(2.0, "c")
+    pair, *singles = explained(1.0, "a", "b"), explained(2.0, "a"), explained(3.0, "c")
     fits = [e.refit for e in (pair, *singles)]
     seen = Survey(laid.poor, SCREEN, (explained(2.5, "c"), explained(4.0, "a")), 1.3)
     found: Any = SimpleNamespace(leading=(pair, *singles), nominal=laid.poor)
@@ -279,5 +279,5 @@ def test_what_is_sought_anew_begins_with_what_is_known(laid, monkeypatch):
     monkeypatch.setattr(turns, "attribute", lambda model, bench, *given: given)
     anew: Any = turns._sought_anew(laid.paper.model, laid.plain, NOBODY, found, Silent())
     survey, _, known = anew
-    assert [(e.keys, e.refit.misfit) for e in survey.found] == [(("c",), 2.0), (("a",), 3.0)]
+    assert [(e.keys, e.refit.misfit) for e in survey.found] == [(("a",), 2.0), (("c",), 2.5)]
     assert survey.floor == 1.1 and survey.nominal is laid.poor and known == [pair]
