@@ -9,6 +9,8 @@ from jaxstick.record import Run
 
 IMPURE = 0.02
 """An excitation of which one sine leaves no more than this share of the variance repeats itself."""
+SHORTEST = 2 / 3
+"""A record shows no cycle of which it holds less than this share: a ramp is a part of a sine as well."""
 
 
 def frequency_of(run: Run) -> float | None:
@@ -19,7 +21,8 @@ def frequency_of(run: Run) -> float | None:
         if channel is not None and np.ptp(channel) > 0:
             found = fit_harmonic(run.time, channel)
             left = np.var(channel - found.at(run.time))
-            if found.frequency * run.interval * len(channel) >= 1 and left < IMPURE * np.var(channel):
+            cycles = found.frequency * run.interval * len(channel)
+            if cycles >= SHORTEST and left < IMPURE * np.var(channel):
                 return found.frequency
     return None
 

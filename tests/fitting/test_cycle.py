@@ -47,10 +47,14 @@ def test_a_cycle_is_seen_through_a_little_noise(noise, found):
     assert (samples_a_cycle(run) is not None) is found
 
 
+def test_most_of_a_cycle_shows_how_long_it_is():
+    assert samples_a_cycle(driven(sine(0.9))) == pytest.approx(SAMPLES / 0.9, rel=1e-3)
+    assert whole_cycles(driven(sine(0.9))) == SAMPLES
+
+
 def test_a_base_that_does_not_come_back_has_none():
     assert samples_a_cycle(driven(sine(0.6))) is None
     assert samples_a_cycle(driven(1e-3 * np.arange(SAMPLES, dtype=float))) is None
-    assert whole_cycles(driven(sine(0.6))) == SAMPLES
 
 
 def test_what_is_stated_counts():
