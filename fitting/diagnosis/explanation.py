@@ -5,7 +5,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
-from fitting.diagnosis.refit import Refit
+from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.screen import Promise
 
 
@@ -26,3 +28,9 @@ def best_of(explanations: Sequence[Explanation]) -> list[Explanation]:
         if rival is None or one.refit.misfit < rival.refit.misfit:
             best[frozenset(one.keys)] = one
     return list(best.values())
+
+
+def fitted_again(model: Model, bench: Bench, explanations: Sequence[Explanation]) -> list[Explanation]:
+    """Explanations fitted to a bench from where they stand, in the same order."""
+    fits = refit(model, bench, [e.refit.point for e in explanations], [e.refit.free for e in explanations])
+    return [dataclasses.replace(e, refit=fit) for e, fit in zip(explanations, fits, strict=True)]

@@ -12,7 +12,7 @@ from fitting.diagnosis.afresh import outright
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contest import contest
 from fitting.diagnosis.enough import hints, passes_for_noise
-from fitting.diagnosis.explanation import Explanation, best_of
+from fitting.diagnosis.explanation import Explanation, best_of, fitted_again
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.repeatability import wanders
@@ -105,8 +105,7 @@ def with_still_friction(
     if wanders(leader.refit) and hints(still.misfit, best.misfit):
         seconds = screen(model, bench, best, shapes=shapes).ranked[:SECONDS]
         found += contest(model, bench, best, seconds, FINAL_PAIRS, progress, wander=False)
-    fits = refit(model, bench, [e.refit.point for e in found], [e.refit.free for e in found])
-    return [dataclasses.replace(e, refit=fit) for e, fit in zip(found, fits, strict=True)]
+    return fitted_again(model, bench, found)
 
 
 def _kept_still(point: Point) -> Point:

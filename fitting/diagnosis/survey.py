@@ -11,7 +11,7 @@ from fitting.diagnosis.afresh import afresh, outright
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contest import contest
 from fitting.diagnosis.enough import suffices
-from fitting.diagnosis.explanation import Explanation, best_of
+from fitting.diagnosis.explanation import Explanation, best_of, fitted_again
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import borrowed, released
@@ -179,8 +179,7 @@ def _again(model: Model, bench: Bench, known: Sequence[Explanation]) -> list[Exp
         return []
     least = min(e.refit.misfit for e in known)
     best = [e for e in known if e.refit.misfit < ALIKE * least][:OVERLOOKED]
-    fits = refit(model, bench, [e.refit.point for e in best], [e.refit.free for e in best])
-    return [dataclasses.replace(e, refit=fit) for e, fit in zip(best, fits, strict=True)]
+    return fitted_again(model, bench, best)
 
 
 def aliases(model: Model, seen: Screen) -> dict[str, list[str]]:

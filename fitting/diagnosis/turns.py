@@ -11,7 +11,7 @@ from fitting.diagnosis.attribute import Attribution, attribute, on_another_bench
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contacts import Chosen, concerns_contact
 from fitting.diagnosis.elsewhere import in_place
-from fitting.diagnosis.explanation import best_of
+from fitting.diagnosis.explanation import best_of, fitted_again
 from fitting.diagnosis.ground import resolved
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.other_contact import beside_single_effects
@@ -116,14 +116,12 @@ def _sought_anew(
     model: Model, bench: Bench, begins: np.ndarray, found: Attribution, progress: Progress
 ) -> Attribution:
     """What explains the records on another bench, sought from the beginning on and from what is known."""
-    leading = found.leading
-    fits = refit(model, bench, [e.refit.point for e in leading], [e.refit.free for e in leading])
-    known = [dataclasses.replace(e, refit=fit) for e, fit in zip(leading, fits, strict=True)]
+    known = fitted_again(model, bench, found.leading)
     nominal = nominal_on(model, bench, found.nominal.point)
     seen = survey(model, bench, nominal, begins, progress)
     singles = best_of([*seen.found, *(e for e in known if len(e.keys) == 1)])
     singles.sort(key=lambda e: e.refit.misfit)
-    floor = min(seen.floor, floor_of(model, bench, [nominal, *fits]))
+    floor = min(seen.floor, floor_of(model, bench, [nominal, *(e.refit for e in known)]))
     seen = dataclasses.replace(seen, found=tuple(singles), floor=floor)
     return attribute(model, bench, seen, progress, [e for e in known if len(e.keys) > 1])
 

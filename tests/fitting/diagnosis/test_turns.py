@@ -272,7 +272,7 @@ def test_what_is_sought_anew_begins_with_what_is_known(laid, monkeypatch):
     fits = [e.refit for e in (pair, *singles)]
     seen = Survey(laid.poor, SCREEN, (explained(2.5, "c"), explained(4.0, "a")), 1.3)
     found: Any = SimpleNamespace(leading=(pair, *singles), nominal=laid.poor)
-    monkeypatch.setattr(turns, "refit", lambda *_: fits)
+    monkeypatch.setattr(turns, "fitted_again", lambda _, bench, explanations: list(explanations))
     monkeypatch.setattr(turns, "nominal_on", lambda *_: laid.poor)
     monkeypatch.setattr(turns, "survey", lambda *_: seen)
     monkeypatch.setattr(turns, "floor_of", lambda _, bench, given: 1.1 if given == [laid.poor, *fits] else 0)
