@@ -13,6 +13,7 @@ import dataclasses
 import numpy as np
 from scipy.optimize import least_squares
 
+from fitting.diagnosis.anomaly import AbstractAnomaly
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.steadiness import robust_deviation
@@ -37,7 +38,7 @@ ALTERNATIONS = 3
 
 
 @dataclasses.dataclass(frozen=True)
-class Bursts:
+class Bursts(AbstractAnomaly):
     """In how many runs, of how many, friction rises for moments; the share of the time of fast sliding that
     it does so there, and by what share of itself (medians over runs)."""
 
@@ -45,6 +46,21 @@ class Bursts:
     of: int
     share: float
     height: float
+
+    @property
+    def clause(self) -> str:
+        return (
+            f"friction rises for moments, by {100 * self.height:.2g} % in {self.runs} of {self.of} runs, as "
+            "particles or debris in the contact make it"
+        )
+
+    @property
+    def note(self) -> str:
+        return (
+            f"Friction rises for moments in {self.runs} of {self.of} runs, by {100 * self.height:.2g} % of "
+            f"itself in {100 * self.share:.2g} % of the time of fast sliding, and never falls as far: look "
+            "for particles, debris or transferred patches in the contact."
+        )
 
 
 def bursts(model: Model, base: Ground, period: float) -> Bursts | None:

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import chi2
 
+from fitting.diagnosis.anomaly import AbstractAnomaly
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.layout import strengths_of
 from fitting.diagnosis.model import Model
@@ -30,14 +31,29 @@ more than 31."""
 
 
 @dataclasses.dataclass(frozen=True)
-class Trend:
-    """An effect that would have to change along the runs: by how much that lowers chi-square, as noise alone
-    would have it and over what scores vary by from lane to lane; and whether it grows."""
+class Trend(AbstractAnomaly):
+    """An effect (`title`: as sentences name it) that would have to change along the runs: by how much that
+    lowers chi-square, as noise alone would have it and over what scores vary by from lane to lane; and
+    whether it grows."""
 
     key: str
+    title: str
     gain: float
     evidence: float
     grows: bool
+
+    @property
+    def clause(self) -> str:
+        return f"what looks like {self.title} changes from the beginning of the runs to their end"
+
+    @property
+    def note(self) -> str:
+        return (
+            f"{self.key} would have to {'grow' if self.grows else 'shrink'} along the runs (chi-square "
+            f"{self.evidence:.3g} by segments, one degree of freedom), which it does not on the shelf: look "
+            "for two clocks that run apart if it is a delay, else for something that warms up, wears or "
+            "works loose."
+        )
 
 
 def trend_of(model: Model, bench: Bench, at: Refit, keys: Sequence[str]) -> Trend | None:
@@ -62,7 +78,8 @@ def trend_of(model: Model, bench: Bench, at: Refit, keys: Sequence[str]) -> Tren
         for number, own in enumerate(place):
             change = _Change.of(table, common, columns, np.array([own + count, *others]))
             mean = change.others[number] if fitted is None else fitted[number]
-            found.append(Trend(key, change.gain, change.evidence, bool(mean * change.amount > 0)))
+            grows = bool(mean * change.amount > 0)
+            found.append(Trend(key, model.shelf.titled(key), change.gain, change.evidence, grows))
     found = [trend for trend in found if trend.gain > NOTABLE and trend.evidence > surely]
     return max(found, key=lambda trend: trend.evidence, default=None)
 

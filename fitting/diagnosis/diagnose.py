@@ -31,7 +31,7 @@ from fitting.diagnosis.reported import reported
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shape_error import shape_variance
 from fitting.diagnosis.shrink import Split, split
-from fitting.diagnosis.words import advice, bursting, changing, differing, notes, sentence, steps_taken
+from fitting.diagnosis.words import advice, differing, notes, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
 from fitting.segments import Segment
@@ -68,7 +68,7 @@ def diagnose(
     progress.stage("everything fitted once more", 2)
     before, after = _finally(model, base, held, inquiry.found, inquiry.named)
     keys = tuple(model.shelf.effects) if inquiry.named is None else inquiry.named.keys
-    inquiry = inquiry.inconstant(trend_of(model, base.bench, after, keys))
+    inquiry = inquiry.disproved(trend_of(model, base.bench, after, keys))
     found, named, shrunk = inquiry.found, inquiry.named, inquiry.shrunk
     fine, after = reported(model, base.bench, before if named is None else after)
     before = after if named is None else before
@@ -92,16 +92,7 @@ def diagnose(
         verdict=judgement.verdict,
         named=judgement.named,
         probabilities=judgement.effects,
-        sentence=sentence(
-            model,
-            judgement,
-            shrunk,
-            where,
-            wander_of(found.nominal),
-            restless=inquiry.unsteady,
-            rises=inquiry.bursts,
-            trend=inquiry.trend,
-        ),
+        sentence=sentence(model, judgement, shrunk, where, wander_of(found.nominal), inquiry.anomalies),
         where=where,
         residual_force=force,
         candidates=listed,
@@ -119,8 +110,7 @@ def diagnose(
         notes=(
             *inquiry.doubts,
             *notes(problem, found, named, where, held, chosen, shrunk),
-            *bursting(inquiry.bursts),
-            *changing(inquiry.trend),
+            *(anomaly.note for anomaly in inquiry.anomalies if anomaly.note is not None),
             *differing(mended.between_runs, len(problem.chosen)),
         ),
         steps=steps_taken(problem, model, found, base, held, chosen),

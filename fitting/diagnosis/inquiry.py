@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 
+from fitting.diagnosis.anomaly import AbstractAnomaly
 from fitting.diagnosis.attribute import Attribution, attribute
 from fitting.diagnosis.bench import Bench
-from fitting.diagnosis.bursts import Bursts, bursts
-from fitting.diagnosis.constancy import Trend
+from fitting.diagnosis.bursts import bursts
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.explanation import Explanation
@@ -16,7 +16,6 @@ from fitting.diagnosis.ground import resolved
 from fitting.diagnosis.judge import Judgement, refuted, weighed_again
 from fitting.diagnosis.other_contact import beside_a_pair, in_place_of_one_of_two
 from fitting.diagnosis.refit import Refit
-from fitting.diagnosis.scatter import restless
 from fitting.diagnosis.shrink import (
     CLEARLY,
     ONLY_HERE,
@@ -32,6 +31,7 @@ from fitting.diagnosis.shrink import (
     worsens,
 )
 from fitting.diagnosis.turns import less_scattered, surveyed, weighed_anew
+from fitting.diagnosis.unrest import unrest
 from fitting.diagnosis.verdict import NONE, UNLISTED
 from fitting.diagnosis.words import only_there, refutation
 from fitting.progress import Progress
@@ -45,9 +45,8 @@ something did."""
 @dataclasses.dataclass(frozen=True)
 class Inquiry:
     """What explains the lanes that are fitted: the contact, the bench of these lanes, the attribution, and
-    what the verdict rests on; how far the gap shrinks on the lanes that are held out; what speaks against the
-    verdict. `unsteady`: friction scatters more than friction does that wanders; `bursts`: it rises for
-    moments; `trend`: what is named, or would be, changes along the runs."""
+    what the verdict rests on; how far the gap shrinks on the lanes that are held out; what is seen that no
+    effect does, the plainest first; and what speaks against the verdict."""
 
     chosen: Chosen
     bench: Bench
@@ -55,9 +54,7 @@ class Inquiry:
     found: Attribution
     named: Explanation | None
     shrunk: Closure
-    unsteady: bool
-    bursts: Bursts | None = None
-    trend: Trend | None = None
+    anomalies: tuple[AbstractAnomaly, ...] = ()
     doubts: tuple[str, ...] = ()
 
     @property
@@ -88,15 +85,18 @@ class Inquiry:
         same = not {*other.found.judgement.named}.isdisjoint(self.named.keys)
         return same and len(self.named.keys) > 1 and not shows_more(self.shrunk)
 
-    def inconstant(self, trend: Trend | None) -> Inquiry:
-        """The inquiry once an effect is seen to change along the runs, as none on the shelf does: what is
-        named is not the cause, and where nothing is, it is not nothing."""
-        if trend is None:
+    def disproved(self, anomaly: AbstractAnomaly | None) -> Inquiry:
+        """The inquiry once it is seen that what is named, or whatever is taken for noise, does what no effect
+        on the shelf does: what is named is not the cause, and where nothing is, it is not nothing."""
+        if anomaly is None:
             return self
+        seen = (anomaly, *self.anomalies)
         if self.named is None:
-            return dataclasses.replace(self, found=self.found.astray(), trend=trend)
+            return dataclasses.replace(self, found=self.found.astray(), anomalies=seen)
         shrunk = left_open(self.shrunk)
-        return dataclasses.replace(self, found=self.found.refuted(), named=None, shrunk=shrunk, trend=trend)
+        return dataclasses.replace(
+            self, found=self.found.refuted(), named=None, shrunk=shrunk, anomalies=seen
+        )
 
     def unexplained(self) -> Inquiry:
         """The inquiry once what gapes only there is no "none": something acts that the fitted lanes do not
@@ -119,9 +119,8 @@ def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquir
     if chosen.words is None:
         chosen, found = in_place_of_one_of_two(chosen, bench, found, held, progress)
     nothing = found.judgement.verdict == "none"
-    unsteady = nothing and restless(chosen.problem, chosen.model, found.nominal, chosen.ground.scatter)
-    rises = bursts(paper.model, paper.ground, paper.problem.period)
-    if unsteady or (nothing and rises is not None):
+    anomalies = _anomalies(paper, chosen, found)
+    if nothing and anomalies:
         found = found.astray()
     progress.stage("how far the gap shrinks", 1)
     first = _named(found)
@@ -136,7 +135,16 @@ def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquir
         elif named is not first:
             shrunk = _shrunk(chosen, held, found, named, seed)
     progress.advance()
-    return Inquiry(chosen, bench, held, found, named, shrunk, unsteady, rises, doubts=doubts)
+    return Inquiry(chosen, bench, held, found, named, shrunk, anomalies, doubts)
+
+
+def _anomalies(paper: Chosen, chosen: Chosen, found: Attribution) -> tuple[AbstractAnomaly, ...]:
+    """What is seen that no effect does; scatter that is no wandering only where nothing is named, which what
+    is named may leave."""
+    seen: list[AbstractAnomaly | None] = [bursts(paper.model, paper.ground, paper.problem.period)]
+    if found.judgement.verdict == "none":
+        seen.append(unrest(chosen.problem, chosen.model, found.nominal, chosen.ground.scatter))
+    return tuple(anomaly for anomaly in seen if anomaly is not None)
 
 
 def _named(found: Attribution) -> Explanation | None:

@@ -67,6 +67,11 @@ class Shelf:
     def names(self, key: str) -> tuple[str, ...]:
         return (*self.strengths[key], *self.shapes[key])
 
+    def titled(self, key: str) -> str:
+        """An effect by its key and, in parentheses, its title."""
+        title = self.effects[key].card.title
+        return f"{key} ({title[0].lower()}{title[1:]})"
+
 
 class Job(NamedTuple):
     """Lanes to be linearised with some effects attached, once or several times, one time after the other.

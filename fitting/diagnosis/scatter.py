@@ -18,10 +18,9 @@ from fitting.diagnosis.columns import Columns
 from fitting.diagnosis.linked import whitener
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.phases import phases_of
-from fitting.diagnosis.refit import Refit, job, misfit_of
-from fitting.diagnosis.repeatability import FEWEST, differences, successive, wander_of
+from fitting.diagnosis.refit import job, misfit_of
+from fitting.diagnosis.repeatability import FEWEST, differences, successive
 from fitting.diagnosis.wander import OWN
-from fitting.problem import Problem
 
 AROUND = 7
 """So many samples."""
@@ -31,13 +30,6 @@ as before, it is not friction that moves it."""
 
 NOTABLY = 1.3
 """Scatter is notably more than another if it is more than so many times that in one of the channels."""
-
-RESTLESS = 3.0
-"""Friction that scatters within segments by more than so many times the noise of its sensor,"""
-WITHIN = 3.0
-"""and by more than so many times what it wanders by from one segment to the next, does not wander: the mean
-of a segment, a natural period long, would change as well, were its memory as long as a twentieth of that."""
-
 
 Variances = dict[str, tuple[float, float]]
 """Mean squares of displacement and friction by phase of the motion, in units of the noise, 1 at least."""
@@ -108,17 +100,6 @@ class Scatter:
         for name, mask in phases.items():
             variance[mask] = variances[name]
         return np.sqrt(maximum_filter1d(variance, AROUND, axis=1, mode="nearest"))
-
-
-def restless(problem: Problem, model: Model, nominal: Refit, scatter: Scatter | None) -> bool:
-    """Whether friction scatters more within segments than friction does that wanders, to judge by what it
-    does from one to the next under the nominal model."""
-    noises = [signal.friction_noise for signal in problem.chosen if signal.friction_noise is not None]
-    if scatter is None or not noises:
-        return False
-    times = scatter.most()[1]
-    level = sum(model.values(nominal.point.coordinates, ("A", "C")).values())
-    return times > RESTLESS and bool(times * np.median(noises) > WITHIN * wander_of(nominal) / 100 * level)
 
 
 def _unrepeated(bench: Bench, columns: Columns, phases: Phases) -> Variances:

@@ -7,10 +7,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from fitting.diagnosis.anomaly import AbstractAnomaly
 from fitting.diagnosis.attribute import LOST, Attribution
 from fitting.diagnosis.bench import Bench
-from fitting.diagnosis.bursts import Bursts
-from fitting.diagnosis.constancy import Trend
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.explanation import Explanation
@@ -46,37 +45,19 @@ def sentence(
     shrunk: Closure,
     where: Where,
     wander: float = 0.0,
-    *,
-    restless: bool = False,
-    rises: Bursts | None = None,
-    trend: Trend | None = None,
+    anomalies: Sequence[AbstractAnomaly] = (),
 ) -> str:
     """The verdict in one sentence. `wander`: by how many percent friction wanders under the nominal model;
-    `restless`: whether what does not repeat itself is all there is, and more than that can be; `rises`: how
-    far friction rises for moments; `trend`: what changes along the runs."""
-    titles = [_title(model, key) for key in judgement.named]
+    `anomalies`: what is seen that no effect does, the plainest first."""
+    titles = [model.shelf.titled(key) for key in judgement.named]
     if judgement.verdict == "none":
         far = f", if friction may wander by {wander:.2g} % from segment to segment" if wander > MUCH else ""
         return (
             f"The records agree with the simulator within their noise{far}: no effect on the shelf is called "
             "for."
         )
-    if judgement.verdict == "unlisted" and trend is not None:
-        return (
-            f"No effect on the shelf explains the records: what looks like {_title(model, trend.key)} "
-            "changes from the beginning of the runs to their end."
-        )
-    if judgement.verdict == "unlisted" and rises is not None:
-        return (
-            "No effect on the shelf explains the records: friction rises for moments, by "
-            f"{100 * rises.height:.2g} % in {rises.runs} of {rises.of} runs, as particles or debris in the "
-            "contact make it."
-        )
-    if judgement.verdict == "unlisted" and restless:
-        return (
-            "No effect on the shelf explains what does not repeat itself from cycle to cycle, and it is no "
-            f"friction that wanders: from segment to segment that changes by {wander:.2g} % only."
-        )
+    if judgement.verdict == "unlisted" and anomalies:
+        return f"No effect on the shelf explains the records: {anomalies[0].clause}."
     if judgement.verdict == "unlisted":
         share = ", ".join(f"{100 * v:.0f} % in {name}" for name, v in _largest(where.phase, 2))
         return (
@@ -90,7 +71,7 @@ def sentence(
     if judgement.verdict == "several":
         known = {key for same in judgement.same for key in same}
         instead = "".join(
-            f"; in the place of {other} these records would have {_title(model, key)} as well"
+            f"; in the place of {other} these records would have {model.shelf.titled(key)} as well"
             for key, other in alternatives(judgement.explanations, judgement.taken).items()
             if key not in known
         )
@@ -147,11 +128,6 @@ def only_there(shrunk: Closure) -> str:
 
 def _listed(keys: Sequence[str], last: str = "and") -> str:
     return f" {last} ".join(filter(None, (", ".join(keys[:-1]), keys[-1])))
-
-
-def _title(model: Model, key: str) -> str:
-    title = model.shelf.effects[key].card.title
-    return f"{key} ({title[0].lower()}{title[1:]})"
 
 
 def _largest(parts: Mapping[str, float], count: int) -> list[tuple[str, float]]:
@@ -275,28 +251,6 @@ def remainders(found: Attribution, named: Explanation | None, shrunk: Closure) -
             f"part {shrunk.after / shrunk.floor:.3g} times what no model can get below: {why}"
         ]
     return []
-
-
-def bursting(rises: Bursts | None) -> list[str]:
-    """What is to be known where friction rises for moments."""
-    if rises is None:
-        return []
-    return [
-        f"Friction rises for moments in {rises.runs} of {rises.of} runs, by {100 * rises.height:.2g} % of "
-        f"itself in {100 * rises.share:.2g} % of the time of fast sliding, and never falls as far: look for "
-        "particles, debris or transferred patches in the contact."
-    ]
-
-
-def changing(trend: Trend | None) -> list[str]:
-    """What is to be known where an effect does not act alike from the beginning of the runs to their end."""
-    if trend is None:
-        return []
-    return [
-        f"{trend.key} would have to {'grow' if trend.grows else 'shrink'} along the runs (chi-square "
-        f"{trend.evidence:.3g} by segments, one degree of freedom), which it does not on the shelf: look for "
-        "two clocks that run apart if it is a delay, else for something that warms up, wears or works loose."
-    ]
 
 
 def stiller(named: Sequence[str], before: float, after: float) -> list[str]:

@@ -68,3 +68,9 @@ def test_what_else_strays_is_no_burst(heights, falls):
 def test_three_runs_of_four_are_enough():
     found = found_in((HEIGHT, 0.0, HEIGHT, HEIGHT))
     assert found is not None and (found.runs, found.of) == (3, 4)
+
+
+def test_what_rises_is_said_with_its_height_and_how_often():
+    rises = Bursts(5, 6, 0.023, 0.12)
+    assert rises.clause.startswith("friction rises for moments, by 12 % in 5 of 6 runs")
+    assert "by 12 % of itself in 2.3 % of the time of fast sliding" in rises.note

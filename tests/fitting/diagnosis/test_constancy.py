@@ -58,6 +58,7 @@ def test_a_delay_that_changes_is_seen_to_whether_it_is_named_or_not(late):
     for trend in (unnamed, named):
         assert trend is not None and trend.key == KEY and trend.grows == (rate > 0)
         assert trend.gain > NOTABLE and trend.evidence > 12
+        assert trend.title.startswith(f"{KEY} (force")
 
 
 def test_what_leaves_no_trace_does_not_change():
@@ -77,3 +78,10 @@ def test_what_changes_by_itself_is_not_tested():
     model, bench = laid_out(dataset(run))
     fit = from_the_truth(model, bench, (), model.origin(TRUTH))
     assert trend_of(model, bench, fit, ("force_offset", "friction_drift")) is None
+
+
+def test_it_says_what_would_have_to_change_and_which_way():
+    grows = Trend(KEY, f"{KEY} (late force)", 400.0, 23.0, True)
+    assert grows.clause.startswith(f"what looks like {KEY} (late force) changes from the beginning")
+    assert grows.note.startswith(f"{KEY} would have to grow along the runs (chi-square 23 by segments")
+    assert "have to shrink" in dataclasses.replace(grows, grows=False).note

@@ -15,6 +15,7 @@ from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.inquiry import Inquiry
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import Split
+from fitting.diagnosis.unrest import Unrest
 from fitting.progress import Silent
 from jaxstick.effect import AbstractEffect
 from jaxstick.effects.mains_hum import MainsHum
@@ -71,7 +72,7 @@ def test_a_gap_only_there_is_none_where_something_was_found_or_friction_scatters
     found: Any = SimpleNamespace(judgement=SimpleNamespace(verdict=verdict))
     bench: Any = SimpleNamespace(scatters=scatters)
     shrunk = dataclasses.replace(CLOSED, before=before, floor=1.0)
-    assert Inquiry(blank, bench, blank, found, None, shrunk, False).gapes_only_there is gapes
+    assert Inquiry(blank, bench, blank, found, None, shrunk).gapes_only_there is gapes
 
 
 def inquiry(
@@ -84,7 +85,7 @@ def inquiry(
     found: Any = SimpleNamespace(floor=1.0, judgement=SimpleNamespace(named=(*keys, *same), verdict="effect"))
     bench: Any = SimpleNamespace(scatters=scatters)
     shrunk = dataclasses.replace(CLOSED, after=after, floor=1.0)
-    return Inquiry(blank, bench, blank, found, named, shrunk, False)
+    return Inquiry(blank, bench, blank, found, named, shrunk)
 
 
 def test_one_effect_lacks_something_where_only_runs_show_it_that_took_no_part():
@@ -113,11 +114,11 @@ def test_what_changes_along_the_runs_is_neither_nothing_nor_what_is_named(keys):
     """Nothing is closed then."""
     one = inquiry(*keys)
     one.found.astray, one.found.refuted = lambda: "astray", lambda: "refuted"  # pyright: ignore
-    trend = Trend("stiffness_error", 400.0, 30.0, True)
-    found = one.inconstant(trend)
-    assert found.found == ("refuted" if keys else "astray") and found.trend is trend
+    trend = Trend("stiffness_error", "stiffness_error (spring of another stiffness)", 400.0, 30.0, True)
+    found = dataclasses.replace(one, anomalies=(Unrest(0.1),)).disproved(trend)
+    assert found.found == ("refuted" if keys else "astray") and found.anomalies == (trend, Unrest(0.1))
     assert found.named is None and (not keys or found.shrunk.closed == 0.0)
-    assert one.inconstant(None) is one
+    assert one.disproved(None) is one
 
 
 @pytest.mark.parametrize(

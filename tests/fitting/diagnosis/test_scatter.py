@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from fitting.diagnosis.refit import job
-from fitting.diagnosis.scatter import Scatter, restless
+from fitting.diagnosis.scatter import Scatter
 from fitting.diagnosis.wander import OWN
 from jaxstick.parts.drive import SineDrive
 from tests.fitting.diagnosis.grounded import from_the_truth, laid_out
@@ -68,23 +66,3 @@ def test_records_that_only_carry_noise_stay_as_they_are(unsteady):
     point = from_the_truth(model, bench, (), model.origin(TRUTH)).point
     scatter = Scatter.of(model, bench, point, PERIOD)
     assert all(variance < 2 for pair in scatter.variances.values() for variance in pair)
-
-
-@pytest.mark.parametrize(
-    ("times", "widths", "noise", "said"),
-    [
-        (12.0, (1e-6, 1e-6), 0.06, True),
-        (12.0, (0.05, 0.01), 0.06, False),
-        (12.0, (0.05, 0.01), 0.6, True),
-        (1.4, (1e-6, 1e-6), 0.06, False),
-        (12.0, (1e-6, 1e-6), None, False),
-    ],
-)
-def test_friction_that_wanders_does_so_from_segment_to_segment_too(times, widths, noise, said):
-    """Unless it forgets from one sample to the next; noise alone does not count, nor do missing records."""
-    scatter = Scatter({"stick": (1.0, 1.1), "slip": (50.0, times**2)}, None, PERIOD)
-    problem: Any = SimpleNamespace(chosen=[SimpleNamespace(friction_noise=noise)])
-    model: Any = SimpleNamespace(values=lambda coordinates, names: {"A": 1.5, "C": 6.0})
-    nominal: Any = SimpleNamespace(misfit=1.0, point=SimpleNamespace(coordinates=None, widths=widths))
-    assert restless(problem, model, nominal, scatter) is said
-    assert not restless(problem, model, nominal, None)

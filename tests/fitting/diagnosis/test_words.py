@@ -9,10 +9,11 @@ from typing import Any
 import pytest
 
 from fitting.diagnosis.bursts import Bursts
-from fitting.diagnosis.constancy import Trend
 from fitting.diagnosis.judge import Judgement
+from fitting.diagnosis.model import Shelf
 from fitting.diagnosis.scatter import Scatter
-from fitting.diagnosis.words import bursting, changing, refutation, remainders, scattering, sentence, stiller
+from fitting.diagnosis.unrest import Unrest
+from fitting.diagnosis.words import refutation, remainders, scattering, sentence, stiller
 from jaxstick.catalogue import catalogue
 
 ONE, OTHER, ALIAS = "constant_force", "base_delay", "base_relative_damping"
@@ -21,7 +22,7 @@ ONE, OTHER, ALIAS = "constant_force", "base_delay", "base_relative_damping"
 @pytest.mark.parametrize("likely", [0.48, 0.3])
 def test_what_may_act_in_the_place_of_one_of_two_is_said(diagnosis, likely):
     """And not what is far less likely there."""
-    model = types.SimpleNamespace(shelf=types.SimpleNamespace(effects=catalogue()))
+    model = types.SimpleNamespace(shelf=Shelf(catalogue(), {}, {}, {}))
     explanations = {f"{ONE}+{OTHER}": 0.5, f"{ALIAS}+{ONE}": likely, ALIAS: 0.05, "none": 0.0}
     named = (ONE, OTHER, ALIAS) if likely > 0.4 else (ONE, OTHER)
     judgement = Judgement(explanations, {}, "several", named, {}, {})
@@ -31,7 +32,7 @@ def test_what_may_act_in_the_place_of_one_of_two_is_said(diagnosis, likely):
 
 
 def test_what_no_record_tells_from_one_of_two_is_said_once(diagnosis):
-    model: Any = types.SimpleNamespace(shelf=types.SimpleNamespace(effects=catalogue()))
+    model: Any = types.SimpleNamespace(shelf=Shelf(catalogue(), {}, {}, {}))
     explanations = {f"{ONE}+{OTHER}": 0.5, f"{ALIAS}+{ONE}": 0.48, "none": 0.0}
     classes = {(OTHER, ONE): (ALIAS,)}
     judgement = Judgement(explanations, {}, "several", (ONE, OTHER, ALIAS), {}, classes)
@@ -57,35 +58,14 @@ def test_none_is_said_with_what_friction_has_to_do_for_it(diagnosis, wander, con
     assert ("wander" in said) == bool(condition)
 
 
-def test_what_is_more_than_friction_that_wanders_is_said(diagnosis):
-    model: Any = None
-    judgement = Judgement({"unlisted": 1.0}, {}, "unlisted", (), {}, {})
-    said = sentence(model, judgement, diagnosis.closure, diagnosis.where, 0.012, restless=True)
-    assert "no friction that wanders" in said and "changes by 0.012 % only" in said
-    assert "times the noise" in sentence(model, judgement, diagnosis.closure, diagnosis.where, 0.012)
-
-
-def test_friction_that_rises_for_moments_is_said(diagnosis):
-    """It is the verdict where nothing else is, and a note where something is named."""
+def test_what_no_effect_does_is_the_verdict_where_nothing_else_is(diagnosis):
+    """The plainest of it."""
     model: Any = None
     judgement = Judgement({"unlisted": 1.0}, {}, "unlisted", (), {}, {})
     rises = Bursts(5, 6, 0.023, 0.12)
-    said = sentence(model, judgement, diagnosis.closure, diagnosis.where, 0.012, restless=True, rises=rises)
-    assert "friction rises for moments, by 12 % in 5 of 6 runs" in said
-    (note,) = bursting(rises)
-    assert "by 12 % of itself in 2.3 % of the time of fast sliding" in note and bursting(None) == []
-
-
-def test_an_effect_that_changes_along_the_runs_is_said(diagnosis):
-    model: Any = types.SimpleNamespace(shelf=types.SimpleNamespace(effects=catalogue()))
-    judgement = Judgement({"unlisted": 1.0}, {}, "unlisted", (), {}, {})
-    trend = Trend("force_delay", 400.0, 23.0, True)
-    said = sentence(model, judgement, diagnosis.closure, diagnosis.where, 0.012, trend=trend)
-    assert "what looks like force_delay (" in said and "from the beginning of the runs to their end" in said
-    (note,) = changing(trend)
-    assert note.startswith("force_delay would have to grow along the runs (chi-square 23 by segments")
-    (note,) = changing(dataclasses.replace(trend, grows=False))
-    assert "have to shrink" in note and changing(None) == []
+    said = sentence(model, judgement, diagnosis.closure, diagnosis.where, 0.0, (rises, Unrest(0.012)))
+    assert said == f"No effect on the shelf explains the records: {rises.clause}."
+    assert "times the noise" in sentence(model, judgement, diagnosis.closure, diagnosis.where, 0.012)
 
 
 @pytest.mark.parametrize(
@@ -103,7 +83,7 @@ def test_what_closes_nothing_is_said_to_and_why(diagnosis, closed, before, stead
     judgement = Judgement({key: 1.0}, {key: 1.0}, "effect", (key,), {(key,): steadier}, {})
     shrunk = dataclasses.replace(diagnosis.closure, closed=closed, steadier=1.0, by_segments=False)
     shrunk = dataclasses.replace(shrunk, before=before, floor=1.0)
-    model: Any = types.SimpleNamespace(shelf=types.SimpleNamespace(effects=catalogue()))
+    model: Any = types.SimpleNamespace(shelf=Shelf(catalogue(), {}, {}, {}))
     assert said in sentence(model, judgement, shrunk, diagnosis.where)
 
 

@@ -1,0 +1,23 @@
+"""What no effect on the shelf does, and how it is said."""
+
+from __future__ import annotations
+
+import abc
+
+
+class AbstractAnomaly(abc.ABC):
+    """A way in which records are off that no effect on the shelf has: where it is seen, what explains most of
+    the gap is not all that acts, and no gap does not mean that nothing does.
+
+    A finder per anomaly (`bursts`, `trend_of`, `unrest`) says whether it is there.
+    """
+
+    @property
+    @abc.abstractmethod
+    def clause(self) -> str:
+        """What is seen, as the verdict says it behind a colon."""
+
+    @property
+    def note(self) -> str | None:
+        """What is seen in figures, and what to look for on the rig; None where the clause says it all."""
+        return None
