@@ -139,7 +139,8 @@ def _sentences(content: Mapping[str, Any]) -> Iterator[str]:
     else:
         yield (
             f"What is left is {chi2**0.5:.1f} times the noise (chi2 a sample {chi2:.3g}): the records show "
-            "something that this model lacks, or the noise is stated too small."
+            "something that this model lacks (jaxstick diagnose looks for it), or the noise is stated too "
+            "small."
         )
     number, excluded = content["segments"]["number"], content["segments"]["excluded"]
     if excluded:

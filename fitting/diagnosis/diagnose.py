@@ -11,6 +11,7 @@ import numpy as np
 from fitting.account import joined
 from fitting.correction import correction_of
 from fitting.diagnosis.attribute import Attribution
+from fitting.diagnosis.clue import clue_of
 from fitting.diagnosis.comparison import candidates, likeness
 from fitting.diagnosis.constancy import trend_of
 from fitting.diagnosis.contacts import Chosen
@@ -24,6 +25,7 @@ from fitting.diagnosis.localise import Seen, localise, residual_force, see
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.next_run import next_run
 from fitting.diagnosis.over_class import over_class
+from fitting.diagnosis.pattern import patterns
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.repeatability import wander_of
@@ -31,6 +33,7 @@ from fitting.diagnosis.reported import reported
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shape_error import shape_variance
 from fitting.diagnosis.shrink import Split, split
+from fitting.diagnosis.verdict import NONE, UNLISTED
 from fitting.diagnosis.words import advice, differing, notes, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent
@@ -87,14 +90,19 @@ def diagnose(
     listed = candidates(model, found)
     progress.advance()
     judgement = found.judgement
+    follows = {} if judgement.verdict == NONE else patterns(problem, model, base.bench, before.point)
+    clue = clue_of(follows) if judgement.verdict == UNLISTED else None
+    if clue is not None:
+        where = dataclasses.replace(where, side=clue.sides or where.side)
     proposal = next_run(chosen, bench, found)
     return Diagnosis(
         verdict=judgement.verdict,
         named=judgement.named,
         probabilities=judgement.effects,
-        sentence=sentence(model, judgement, shrunk, where, wander_of(found.nominal), inquiry.anomalies),
+        sentence=sentence(model, judgement, shrunk, where, wander_of(found.nominal), inquiry.anomalies, clue),
         where=where,
         residual_force=force,
+        follows=follows,
         candidates=listed,
         likeness=likeness(found, bench),
         closure=shrunk,
@@ -105,12 +113,13 @@ def diagnose(
         others_before=unmended.others,
         traces=_traces(problem, base.segments, held, seen_before, seen_after),
         cards={key: effect.card for key, effect in model.shelf.effects.items()},
-        next_experiment=advice(problem, model, found, bench, proposal),
+        next_experiment=advice(problem, model, found, bench, proposal, clue),
         next_run=proposal,
         notes=(
             *inquiry.doubts,
             *notes(problem, found, named, where, held, chosen, shrunk),
             *(anomaly.note for anomaly in inquiry.anomalies if anomaly.note is not None),
+            *([clue.note] if clue is not None and inquiry.anomalies else []),
             *differing(mended.between_runs, len(problem.chosen)),
         ),
         steps=steps_taken(problem, model, found, base, held, chosen),

@@ -63,6 +63,20 @@ class ResidualForce:
 
 
 @dataclasses.dataclass(frozen=True)
+class Patterns:
+    """What the records lack on one side: the excess (chi-square per degree of freedom less one), how many
+    standard deviations that lies above zero, and how many segments fit far worse and are no part of either;
+    by pattern the share of the excess that a force which follows it foretells, the largest first (shares
+    overlap); the frequency of what oscillates apart from the drive [Hz]."""
+
+    excess: float
+    significance: float
+    apart: int
+    shares: Mapping[str, float]
+    beat: float | None
+
+
+@dataclasses.dataclass(frozen=True)
 class Parameter:
     """An effect's parameter with its 95 % interval, in its own unit."""
 
@@ -225,6 +239,7 @@ class Diagnosis:
     `others_before` are what was free within its tolerance besides the constants (rig.mass and the like), with
     and without the named effects. `yardstick`: what the candidates' misfits were judged against. `next_run`:
     the run that would tell apart what the verdict leaves open; None where that is nothing that a run could.
+    `follows`: what the gap follows on each side; empty where there is none.
     """
 
     verdict: Verdict
@@ -254,3 +269,4 @@ class Diagnosis:
     others: tuple[Constant, ...] = ()
     others_before: tuple[Constant, ...] = ()
     next_run: Proposal | None = None
+    follows: Mapping[str, Patterns] = dataclasses.field(default_factory=dict)

@@ -61,19 +61,24 @@ def _per_lane(
     """Response of the displacement to the force, and correlation of the force, (samples, samples) each, lane
     by lane."""
     samples = bench.lanes.displacement.shape[1]
-    rig = model.at(point.coordinates, ()).nominal.rig
     known: dict[tuple[float, ...], tuple[np.ndarray, np.ndarray]] = {}
-    shifts = bench.lanes.rig_shift
-    for lane, interval in enumerate(np.asarray(bench.lanes.interval).tolist()):
-        mass, stiffness, damping = (
-            float(getattr(rig, name)) + float(np.asarray(shifts[name])[lane] if name in shifts else 0.0)
-            for name in ("mass", "stiffness", "damping")
-        )
-        key = interval, mass, stiffness, damping
+    intervals = np.asarray(bench.lanes.interval).tolist()
+    for interval, rig in zip(intervals, rigs_of(model, bench, point), strict=True):
+        key = interval, *rig
         if key not in known:
             age = interval * np.abs(np.subtract.outer(np.arange(samples), np.arange(samples)))
             known[key] = response(*key, samples), np.exp(-age / (REMEMBERED * period))
         yield known[key]
+
+
+def rigs_of(model: Model, bench: Bench, point: Point) -> list[tuple[float, float, float]]:
+    """Mass [kg], stiffness [N/m] and damping [N s/m] of the rig without any effect, lane by lane."""
+    rig, shifts = model.at(point.coordinates, ()).nominal.rig, bench.lanes.rig_shift
+    shifted = [
+        float(getattr(rig, name)) + np.asarray(shifts.get(name, np.zeros(len(bench.lanes))))
+        for name in ("mass", "stiffness", "damping")
+    ]
+    return [(mass, stiffness, damping) for mass, stiffness, damping in np.stack(shifted, axis=1).tolist()]
 
 
 def response(interval: float, mass: float, stiffness: float, damping: float, samples: int) -> np.ndarray:

@@ -13,6 +13,7 @@ from fitting.diagnosis.findings import (
     Likeness,
     Limit,
     Parameter,
+    Patterns,
     Proposal,
     Shares,
     Where,
@@ -110,12 +111,23 @@ def diagnosis_content(diagnosis: Diagnosis, dataset: DataSet) -> dict[str, Any]:
         "likeness": [_likeness(pair) for pair in diagnosis.likeness],
         "detection_limits": _limits(diagnosis.limits),
         "residual_force": {"sketch_n": dict(diagnosis.residual_force.sketch)},
+        "follows": {side: _patterns(found) for side, found in diagnosis.follows.items()},
         "notes": list(diagnosis.notes),
         "steps": list(diagnosis.steps),
         "settings": {name: value for name, value in diagnosis.settings.items() if name != "workers"},
         "seconds": diagnosis.seconds,
         "data": {"sha256": diagnosis.sha256, "name": dataset.name},
         "version": version(),
+    }
+
+
+def _patterns(found: Patterns) -> dict[str, Any]:
+    return {
+        "excess": found.excess,
+        "significance": found.significance,
+        "apart": found.apart,
+        "shares": dict(found.shares),
+        "beat_hz": found.beat,
     }
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from fitting.diagnosis.anomaly import AbstractAnomaly
 from fitting.diagnosis.attribute import LOST, Attribution
 from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.clue import Clue
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.explanation import Explanation
@@ -46,9 +47,10 @@ def sentence(
     where: Where,
     wander: float = 0.0,
     anomalies: Sequence[AbstractAnomaly] = (),
+    clue: Clue | None = None,
 ) -> str:
     """The verdict in one sentence. `wander`: by how many percent friction wanders under the nominal model;
-    `anomalies`: what is seen that no effect does, the plainest first."""
+    `anomalies`: what is seen that no effect does, the plainest first; `clue`: what the gap follows."""
     titles = [model.shelf.titled(key) for key in judgement.named]
     if judgement.verdict == "none":
         far = f", if friction may wander by {wander:.2g} % from segment to segment" if wander > MUCH else ""
@@ -60,10 +62,9 @@ def sentence(
         return f"No effect on the shelf explains the records: {anomalies[0].clause}."
     if judgement.verdict == "unlisted":
         share = ", ".join(f"{100 * v:.0f} % in {name}" for name, v in _largest(where.phase, 2))
-        return (
-            f"No effect on the shelf explains the gap, which is {shrunk.before:.3g} times the noise; "
-            f"it lies {share}."
-        )
+        known = f"; it lies {share}" if clue is None else f": {clue.clause}"
+        times = f"{shrunk.before:.3g} times the noise"
+        return f"No effect on the shelf explains the gap, which is {times}{known}."
     if judgement.verdict == "effect":
         p = judgement.effects[judgement.named[0]]
         closes = _closing(shrunk, judgement, "it closes")
@@ -135,13 +136,21 @@ def _largest(parts: Mapping[str, float], count: int) -> list[tuple[str, float]]:
 
 
 def advice(
-    problem: Problem, model: Model, found: Attribution, bench: Bench, proposal: Proposal | None
+    problem: Problem,
+    model: Model,
+    found: Attribution,
+    bench: Bench,
+    proposal: Proposal | None,
+    clue: Clue | None = None,
 ) -> str | None:
-    """The experiment that would tell the two likeliest explanations apart; None where nothing is in doubt.
-    `proposal`: the run that would, where one was looked for."""
+    """The experiment that would tell the two likeliest explanations apart, or where to look for what none of
+    the shelf explains; None where nothing is in doubt. `proposal`: the run that would, where one was looked
+    for; `clue`: what the gap follows."""
     judgement = found.judgement
     if judgement.verdict == "none":
         return None
+    if judgement.verdict == "unlisted" and clue is not None:
+        return clue.look
     if judgement.same:
         remedies = dict.fromkeys(
             model.shelf.effects[key].card.remedy for s in judgement.same for key in s[:2]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from fitting.diagnosis.findings import Diagnosis, Shares
+from fitting.diagnosis.findings import Diagnosis, Patterns, Shares
 from fitting.plots import residual_force as panels
 from fitting.plots.diagnosis_gallery import worst_residual_run
 from fitting.report.inline_svg import draw
@@ -12,6 +12,13 @@ from fitting.report.section import Bar, Picture, Section, Subject
 from fitting.report.words import NONE, clamped, harmonic, largest, number, percent
 
 MOST_BARS = 12
+LEAST = 0.05
+"""A pattern that foretells less of the excess is not drawn."""
+SIDES = {
+    "mechanics": "Motion, friction as it was measured",
+    "motion": "Motion",
+    "friction": "Friction force, in slip",
+}
 
 
 def where(subject: Subject) -> Section:
@@ -33,6 +40,7 @@ def where(subject: Subject) -> Section:
         "splits": [(title, _bars(shares)) for title, shares in splits if shares],
         "time": _columns(found.time),
         "pictures": _pictures(diagnosis),
+        "follows": [(SIDES[side], *_follows(found)) for side, found in diagnosis.follows.items()],
         "sketch": [(term, f"{size:+.3g}") for term, size in diagnosis.residual_force.sketch.items()],
     }
     return Section("where", "Where they part", "where.html", content)
@@ -47,6 +55,20 @@ def _bars(shares: Shares) -> list[Bar]:
         Bar(label, percent(share), clamped(share), strong=top is not None and label == top[0])
         for label, share in shown
     ]
+
+
+def _follows(found: Patterns) -> tuple[str, list[Bar]]:
+    """How large the excess of a side is, and a bar for every pattern that foretells a part of it."""
+    line = f"Excess {number(found.excess)}, {number(found.significance)} standard deviations above zero"
+    if found.apart:
+        segments = "segment" if found.apart == 1 else "segments"
+        line += f", without {found.apart} {segments} far worse than the rest"
+    shares = {_pattern(name, found): min(share, 1.0) for name, share in found.shares.items()}
+    return f"{line}.", _bars({name: share for name, share in shares.items() if share >= LEAST})
+
+
+def _pattern(name: str, found: Patterns) -> str:
+    return f"{name} at {number(found.beat)} Hz" if name == "beat" else name
 
 
 def _columns(shares: Shares) -> list[Bar]:

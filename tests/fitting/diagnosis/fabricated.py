@@ -20,6 +20,7 @@ from fitting.diagnosis.findings import (
     Likeness,
     Limit,
     Parameter,
+    Patterns,
     ResidualForce,
     Trace,
     Where,
@@ -78,6 +79,10 @@ def fabricated(cycles: float = 5.0, rate: float = 500.0) -> tuple[Diagnosis, Dat
         ),
         where=_where(dataset),
         residual_force=_residual_force(traces, dataset),
+        follows={
+            "mechanics": Patterns(0.02, 0.9, 0, {"moments": 0.8, "beat": 0.1}, 41.3),
+            "friction": Patterns(9.4, 12.1, 1, {"against the motion, by place": 0.71, "speed": 0.02}, None),
+        },
         candidates=_candidates(),
         likeness=(
             Likeness(TRUTH, RIVAL, 0.981, 4.6),
@@ -318,4 +323,5 @@ def nothing_found(diagnosis: Diagnosis) -> Diagnosis:
         next_experiment=None,
         notes=(),
         residual_force=dataclasses.replace(diagnosis.residual_force, sketch={}),
+        follows={},
     )

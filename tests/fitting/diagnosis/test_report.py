@@ -230,6 +230,16 @@ def test_a_diagnosis_without_residual_force_or_cards(diagnosis, dataset):
     assert "Judged on segments of the records" in text and HELD_OUT[0] not in text.split("Provenance")[0]
 
 
+def test_what_the_gap_follows_is_shown_by_side(diagnosis, dataset):
+    """What foretells next to nothing is not."""
+    text = Page(report(diagnosis, dataset, Silent())).text
+    shown = text.split("What it follows")[1].split("Residual force")[0]
+    assert "9.40, 12.1 standard deviations above zero, without 1 segment far worse than the rest." in shown
+    assert "beat at 41.3 Hz" in shown and "71 %" in shown and "speed" not in shown
+    none = dataclasses.replace(diagnosis, follows={})
+    assert "What it follows" not in Page(report(none, dataset, Silent())).text
+
+
 @pytest.mark.parametrize(
     ("share", "text"),
     [

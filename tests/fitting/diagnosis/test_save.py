@@ -56,6 +56,14 @@ def test_the_fixed_keys(content):
     assert content["gap"]["held_out"] == ["run-03.csv", "run-06.csv"]
     for extra in ("candidates", "likeness", "steps", "notes", "sentence", "seconds"):
         assert extra in content
+    friction = content["follows"]["friction"]
+    assert friction == {
+        "excess": 9.4,
+        "significance": 12.1,
+        "apart": 1,
+        "shares": {"against the motion, by place": 0.71, "speed": 0.02},
+        "beat_hz": None,
+    }
     yardstick = content["yardstick"]
     (account,) = yardstick.pop("accounts")
     assert account.pop("keys") == [TRUTH] and yardstick.pop("aliases") == {TRUTH: ["force_delay"]}

@@ -9,11 +9,12 @@ from typing import Any
 import pytest
 
 from fitting.diagnosis.bursts import Bursts
+from fitting.diagnosis.clue import Clue
 from fitting.diagnosis.judge import Judgement
 from fitting.diagnosis.model import Shelf
 from fitting.diagnosis.scatter import Scatter
 from fitting.diagnosis.unrest import Unrest
-from fitting.diagnosis.words import refutation, remainders, scattering, sentence, stiller
+from fitting.diagnosis.words import advice, refutation, remainders, scattering, sentence, stiller
 from jaxstick.catalogue import catalogue
 
 ONE, OTHER, ALIAS = "constant_force", "base_delay", "base_relative_damping"
@@ -66,6 +67,20 @@ def test_what_no_effect_does_is_the_verdict_where_nothing_else_is(diagnosis):
     said = sentence(model, judgement, diagnosis.closure, diagnosis.where, 0.0, (rises, Unrest(0.012)))
     assert said == f"No effect on the shelf explains the records: {rises.clause}."
     assert "times the noise" in sentence(model, judgement, diagnosis.closure, diagnosis.where, 0.012)
+
+
+def test_what_the_gap_follows_is_said_where_no_effect_explains_it(diagnosis):
+    """In the verdict, unless something plainer is, and as what to look for next."""
+    model: Any = None
+    judgement = Judgement({"unlisted": 1.0}, {}, "unlisted", (), {}, {})
+    clue, known = Clue("mechanics", "beat", 0.98, 46.78), (diagnosis.closure, diagnosis.where, 0.0)
+    said = sentence(model, judgement, *known, clue=clue)
+    assert said.endswith(f" times the noise: {clue.clause}.") and "it lies" not in said
+    assert sentence(model, judgement, *known, (Unrest(0.1),), clue).endswith(f"{Unrest(0.1).clause}.")
+    found: Any = types.SimpleNamespace(judgement=judgement)
+    problem, bench = (types.SimpleNamespace() for _ in range(2))
+    assert advice(problem, model, found, bench, None, clue) == clue.look  # pyright: ignore[reportArgumentType]
+    assert "at 46.78 Hz: gears" in clue.look
 
 
 @pytest.mark.parametrize(
