@@ -15,31 +15,23 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import BSpline
-from scipy.signal import CZT
 
 from fitting.cycle import frequency_of
+from fitting.diagnosis.beat import ORDERS, beat_of
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.clue import BEAT, FRICTION, MECHANICS, MOMENTS, MOTION
 from fitting.diagnosis.findings import Patterns
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.phases import AT_REST
-from fitting.diagnosis.sides import Piece, Side, friction_side, motion_side
+from fitting.diagnosis.sides import Side, friction_side, motion_side
 from fitting.problem import Problem
 
 PLACES, SPEEDS, DEGREE = 16, 8, 3
 """Splines over place and speed have so many coefficients, and this degree."""
-ORDERS = 7
-"""A force that repeats itself with the drive has so many harmonics."""
 FOLDS, TOGETHER = 3, 2
 """Every third pair of neighbouring segments is foretold by the others."""
 SHRUNK, SHRUNK_BY_RUN = 1e-3, 0.03
 """Ridge of a regression, in units of the columns' squares: of what all runs share, and of what each has."""
-SLOWEST, FASTEST, BELOW_NYQUIST = 0.25, 30.0, 0.8
-"""A beat has so many cycles in a natural period, and at most so much of the Nyquist frequency."""
-MOST_BEATS, FINER = 3000, 41
-"""So many frequencies are tried at most, and so many around the best."""
-APART = 1.5
-"""So many cycles in a run set a beat apart from a harmonic of its drive."""
 MOMENT, FEW = 0.05, 0.05
 """What comes in moments has its excess in windows of so much of a natural period, in so few of all."""
 
@@ -80,7 +72,7 @@ def _patterns(
 ) -> Patterns:
     motion = _motion(problem, bench, side, displacement, velocity)
     shares = {name: _share(side, form(motion), ridge) for name, (form, ridge) in FORMS.items()}
-    beat = _beat(problem, bench, side, motion)
+    beat = beat_of(problem, bench, side, motion.drives)
     if beat is not None:
         shares[BEAT] = _share(side, _waves(motion, [beat] * len(motion.drives), (1,)), SHRUNK_BY_RUN)
     shares[MOMENTS] = _moments(side, bench.samples(problem.period))
@@ -207,65 +199,6 @@ def _share(side: Side, columns: np.ndarray, ridge: float) -> float:
             for n in np.flatnonzero(fold == number).tolist()
         )
     return max(gain / side.excess, 0.0)
-
-
-def _beat(problem: Problem, bench: Bench, side: Side, motion: Motion) -> float | None:
-    """The frequency [Hz] of a sine that all runs show, each in a phase of its own, where it takes most of
-    chi-square; of those that are no harmonics of a run's drive there. None where there is no room for any."""
-    interval = float(np.max(np.asarray(bench.lanes.interval)))
-    lasts = [float(np.ptp(signal.run.time)) for signal in problem.chosen]
-    low = SLOWEST / problem.period
-    high = min(FASTEST / problem.period, BELOW_NYQUIST / (2 * interval))
-    if not high > low:
-        return None
-    count = min(math.ceil((high - low) * 2 * max(lasts)), MOST_BEATS)
-    coarse = np.linspace(low, high, max(count, 2))
-    gain = _gained_of_all(bench, side, motion, lasts, coarse)
-    best = int(np.argmax(gain))
-    if not gain[best] > 0:
-        return None
-    step = coarse[1] - coarse[0]
-    fine = np.linspace(coarse[best] - step, coarse[best] + step, FINER)
-    return float(fine[np.argmax(_gained_of_all(bench, side, motion, lasts, fine))])
-
-
-def _gained_of_all(
-    bench: Bench, side: Side, motion: Motion, lasts: Sequence[float], frequencies: np.ndarray
-) -> np.ndarray:
-    """By how much a sine of each frequency lowers chi-square in those runs, which last so long, of whose
-    drive it is no harmonic."""
-    gain = np.zeros(len(frequencies))
-    for run in np.unique(motion.run).tolist():
-        pieces = [piece for piece in side.pieces if bench.run[piece.lane] == run]
-        gained, drive = _gained(bench, pieces, frequencies), motion.drives[run]
-        if drive is not None:
-            order = np.clip(np.round(frequencies / drive), 1, ORDERS)
-            gained[np.abs(frequencies - order * drive) * lasts[run] < APART] = 0.0
-        gain += gained
-    return gain
-
-
-def _gained(bench: Bench, pieces: Sequence[Piece], frequencies: np.ndarray) -> np.ndarray:
-    """By how much a sine of each frequency lowers chi-square in some pieces of a run."""
-    step = frequencies[1] - frequencies[0]
-    wave, energy = np.zeros(len(frequencies), complex), np.zeros(len(frequencies))
-    for piece in pieces:
-        interval = float(np.asarray(bench.lanes.interval)[piece.lane])
-        start = float(np.asarray(bench.lanes.start_time)[piece.lane]) + interval * piece.motion.start
-        samples = piece.felt.shape[1]
-        transform = _transform(samples, len(frequencies), interval, float(frequencies[0]), float(step))
-        turned = np.exp(-2j * math.pi * frequencies * start)
-        wave += transform(piece.felt.T @ piece.left) * turned
-        energy += 2 * np.real(transform(piece.lags)) - piece.lags[0]
-    return 2 * np.abs(wave) ** 2 / np.maximum(energy, 1e-12 * max(float(np.max(energy)), 1e-300))
-
-
-def _transform(
-    samples: int, count: int, interval: float, first: float, step: float
-) -> Callable[[np.ndarray], np.ndarray]:
-    """Fourier sums of a series of samples at equally spaced frequencies, the chirp z-transform."""
-    turn = 2j * math.pi * interval
-    return CZT(samples, count, np.exp(-turn * step), np.exp(turn * first))
 
 
 def _moments(side: Side, period: float) -> float:
