@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+from fitting.diagnosis.clue import BEAT, FRICTION, MECHANICS, MOTION
 from fitting.diagnosis.findings import Diagnosis, Patterns, Shares
 from fitting.plots import residual_force as panels
 from fitting.plots.diagnosis_gallery import worst_residual_run
@@ -15,9 +16,9 @@ MOST_BARS = 12
 LEAST = 0.05
 """A pattern that foretells less of the excess is not drawn."""
 SIDES = {
-    "mechanics": "Motion, friction as it was measured",
-    "motion": "Motion",
-    "friction": "Friction force, in slip",
+    MECHANICS: "Motion, friction as it was measured",
+    MOTION: "Motion",
+    FRICTION: "Friction force, in slip",
 }
 
 
@@ -68,7 +69,7 @@ def _follows(found: Patterns) -> tuple[str, list[Bar]]:
 
 
 def _pattern(name: str, found: Patterns) -> str:
-    return f"{name} at {number(found.beat)} Hz" if name == "beat" else name
+    return f"{name} at {number(found.beat)} Hz" if name == BEAT else name
 
 
 def _columns(shares: Shares) -> list[Bar]:
