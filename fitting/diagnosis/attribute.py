@@ -9,13 +9,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.diagnosis.accounts import Account
+from fitting.diagnosis.accounts import Account, within_scatter
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contacts import NOTABLE, carried, free_under
 from fitting.diagnosis.credit import NEARLY_BEST
 from fitting.diagnosis.enough import hints, is_nothing_but_noise, leaves_nothing, passes_for_noise
 from fitting.diagnosis.explanation import Explanation, best_of
 from fitting.diagnosis.findings import Yardstick
+from fitting.diagnosis.in_step import in_step
 from fitting.diagnosis.influence import told_by_many
 from fitting.diagnosis.judge import Judgement, astray, judge, refuted
 from fitting.diagnosis.model import Model
@@ -119,7 +120,10 @@ def attribute(
         still = with_still_friction(model, bench, nominal, found[0], first.shapes, progress)
         found = freed(model, bench, best_of([*found, *still]))
     found = sorted(best_of([*found, *known]), key=lambda explanation: explanation.refit.misfit)
-    best, singles = found[0], [e for e in found if len(e.keys) == 1]
+    singles = [e for e in found if len(e.keys) == 1]
+    changing = in_step(model, bench, nominal, singles, first.shapes, progress)
+    found = sorted(best_of([*found, *changing]), key=lambda explanation: explanation.refit.misfit)
+    best = found[0]
     nominal = borrowed(model, bench, nominal, best.refit)
     floor = min(floor, floor_of(model, bench, [nominal, best.refit]))
     left = nominal.misfit / floor, best.refit.misfit / floor
@@ -184,6 +188,7 @@ def _weighed(
     known = nominal.levels.where_none_lost(near) if restless else None
     left = (misfit / floor for misfit in _told(bench, nominal, found))
     accounts = tuple(account(model, bench, known, e, misfit) for e, misfit in zip(found, left, strict=True))
+    accounts = within_scatter(accounts) if bench.scatters else accounts
     samples, alike = float(bench.dof().sum()), aliases(model, first)
     without = told_by_many(bench, nominal)
     judgement = judge(
@@ -240,10 +245,8 @@ def account(
     model: Model, bench: Bench, before: Levels | None, explanation: Explanation, misfit: float
 ) -> Account:
     """The account of an explanation that leaves this misfit, in units of the floor. A strength that every
-    run has of its own counts once, and for the other runs as far as these differ from one another. Where
-    residuals are weighed by what does not repeat itself, which is known from the records alone, a second
-    effect earns nothing by leaving less than that. `before`: the levels of friction under the nominal model,
-    None where it keeps still."""
+    run has of its own counts once, and for the other runs as far as these differ from one another. `before`:
+    the levels of friction under the nominal model, None where it keeps still."""
     keys, fit, runs = explanation.keys, explanation.refit, np.unique(bench.run)
     parameters, of_one_run = 0, 0.0
     for number in np.concatenate([model.of(key) for key in keys]):
@@ -252,9 +255,10 @@ def account(
             own = fit.point.by_run[runs][:, model.by_run == number]
             of_one_run += (len(runs) - 1) * float(np.var(own) / max(np.mean(own**2), 1e-300))
     steady = 0.0 if before is None else max(steadier(before, fit.levels, bench.run), 0.0)
-    least = 1.0 if bench.scatters and len(keys) > 1 else 0.0
-    of_friction = tuple(key for key in keys if model.shelf.effects[key].card.family == "friction")
+    effects = {key: model.shelf.effects[key] for key in keys}
+    of_friction = tuple(key for key, effect in effects.items() if effect.card.family == "friction")
+    changing = tuple(key for key, effect in effects.items() if effect.changes)
     given = model.index(*(name for key in keys for name in model.shelf.shapes[key]))
     samples = float(bench.dof().sum())
     shapes = tuple(fit.told[number] / samples for number in given.tolist() if number in fit.told)
-    return Account(keys, max(misfit, least), parameters, of_one_run, len(runs), steady, of_friction, shapes)
+    return Account(keys, misfit, parameters, of_one_run, len(runs), steady, of_friction, shapes, changing)

@@ -24,7 +24,8 @@ def credited(accounts: Sequence[Account], nominal: float) -> dict[tuple[str, ...
     """What steadier friction is worth to every account: nothing where it leaves far more than the best, for
     what is left bends levels, or more than none does; to two effects as much as to the better of them alone,
     but not to one that leaves far more and does not change friction itself, and a share of what is well
-    beyond that where they leave no more than one and the second changes friction; to what leaves no more and
+    beyond that where they leave no more than one and the second changes friction, but all of it where that
+    one alone of the two changes along the runs, which mends no shape; to what leaves no more and
     makes friction no less steady than another of as many effects, no less than to that; and to an effect that
     leaves more, as much as to two of which it is one, for that does not tell it from them.
     """
@@ -40,6 +41,8 @@ def credited(accounts: Sequence[Account], nominal: float) -> dict[tuple[str, ...
         bent = second not in account.of_friction and left.get(second, math.inf) > most
         better = max(alone.get(k, 0.0) for k in account.keys if k != second or not bent)
         counts = second in account.of_friction and account.misfit <= least
+        if counts and {*account.changing} == {second}:
+            return account.steadier
         beyond = max(account.steadier - (1 + MENDS) * better, 0.0) if counts else 0.0
         return min(account.steadier, better) + BOTH * beyond
 

@@ -45,9 +45,7 @@ def pairs_beside(
     the screening beside the very best) and beside either of the best two, and what does in the place of
     either of these. Where no two leave what passes for noise above the `floor`, what has one sign is tried
     outright beside the best."""
-    leader = found[0].refit
-    seconds = [e for e in found[1:LEADERS] if e.refit.misfit < RIVAL * leader.misfit]
-    led = [found[0], *seconds]
+    leader, led = found[0].refit, rivals(found)
 
     def beside(first: Explanation) -> list[Explanation]:
         seen = around if first is found[0] else screen(model, bench, first.refit, shapes=around.shapes)
@@ -67,6 +65,12 @@ def pairs_beside(
         more = [pair for first in hidden for pair in beside(first)]
         pairs = freed(model, bench, best_of([*pairs, *more]), LEADERS)
     return in_place_of_either(model, bench, pairs, INSTEAD, around.shapes, progress)
+
+
+def rivals(found: Sequence[Explanation]) -> list[Explanation]:
+    """The best explanation, and the next where it leaves nearly as little."""
+    best = found[0]
+    return [best, *(e for e in found[1:LEADERS] if e.refit.misfit < RIVAL * best.refit.misfit)]
 
 
 def in_place_of_either(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from scipy.stats import qmc
@@ -112,19 +112,21 @@ def screen(
     bench: Bench,
     at: Refit,
     *,
+    only: Collection[str] | None = None,
     own_group: bool = False,
     shapes: Shapes | None = None,
     instead_of: str | None = None,
 ) -> Screen:
-    """Screens every effect that is not part of the fitted hypothesis yet, in its usual shape and in `shapes`,
-    or in the most promising ones where these are not given; where `own_group`, only those that are attached
-    to it already, which needs no further program.
+    """Screens every effect that is not part of the fitted hypothesis yet, or `only` such of these, in its
+    usual shape and in `shapes`, or in the most promising ones where these are not given; where `own_group`,
+    only those that are attached to it already, which needs no further program.
 
     `instead_of`: an effect of the hypothesis that its free unknowns do not count; what it does, to first
     order, is added to what the others have to explain."""
     present = model.free_effects(at.free)
     among = [group for group in model.groups() if not own_group or set(group) <= set(at.point.keys)]
-    groups = [tuple(key for key in group if key not in present) for group in among]
+    wanted = {*(model.shelf.effects if only is None else only)} - {*present}
+    groups = [tuple(key for key in group if key in wanted) for group in among]
     groups = [group for group in groups if group]
     keys = [key for group in groups for key in group]
     places = places_of(model, bench, keys)

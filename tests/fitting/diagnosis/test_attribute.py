@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fitting.diagnosis.accounts import Account
+from fitting.diagnosis.accounts import Account, within_scatter
 from fitting.diagnosis.attribute import PROMISING, Attribution, account, traces_left, worth_a_second
 
 FLOOR = 1.1
 
 
-def counted(misfit: float, *keys: str, scatters: bool) -> Account:
+def counted(misfit: float, *keys: str) -> Account:
     """The account of an explanation by these effects, which leaves this misfit, in units of the floor. Each
     has a strength, number 0, and a shape, number 7."""
     effects = {key: SimpleNamespace(card=SimpleNamespace(family="friction")) for key in keys}
@@ -27,26 +27,26 @@ def counted(misfit: float, *keys: str, scatters: bool) -> Account:
         shelf=shelf,
     )
     run = np.array([0, 0, 1])
-    bench: Any = SimpleNamespace(run=run, wanders=False, scatters=scatters, dof=lambda: np.full(3, 50.0))
+    bench: Any = SimpleNamespace(run=run, wanders=False, dof=lambda: np.full(3, 50.0))
     refit = SimpleNamespace(told={3: math.inf, 0: 900.0, 7: 30.0})
     found: Any = SimpleNamespace(keys=keys, refit=refit)
     return account(model, bench, None, found, misfit / FLOOR)
 
 
-def left(misfit: float, *keys: str, scatters: bool) -> float:
-    return counted(misfit, *keys, scatters=scatters).misfit
-
-
 def test_what_the_records_say_of_a_shape_is_counted_by_the_degree_of_freedom():
-    made = counted(1.2, "one", scatters=False)
+    made = counted(1.2, "one")
     assert made.parameters == 2 and made.shapes == (0.2,)
 
 
-def test_a_second_effect_cannot_go_below_what_was_weighed_by():
-    """Where that is the noise of the sensors, which may be overrated, and for one effect, it is no bound."""
-    assert left(0.9, "one", "other", scatters=True) == 1.0
-    assert left(1.65, "one", "other", scatters=True) == pytest.approx(1.5)
-    assert left(0.9, "one", scatters=True) == left(0.9, "one", "other", scatters=False) == 0.9 / FLOOR
+@pytest.mark.parametrize(
+    ("one", "two", "counts"), [(1.2, 0.9, 1.0), (1.2, 1.1, 1.1), (0.8, 0.7, 0.8), (0.8, 0.9, 0.9)]
+)
+def test_a_second_effect_neither_earns_nor_pays_for_less_than_what_was_weighed_by(one, two, counts):
+    """What does not repeat itself leaves 1, or less where it is overrated."""
+    alone, other, both = within_scatter(
+        [Account(("one",), one, 1), Account(("other",), 3.0, 1), Account(("one", "other"), two, 2)]
+    )
+    assert (alone.misfit, other.misfit, both.misfit) == (one, 3.0, counts)
 
 
 @pytest.mark.parametrize(

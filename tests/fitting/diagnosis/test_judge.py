@@ -169,6 +169,17 @@ def test_a_pair_that_makes_friction_as_steady_and_leaves_less_is_worth_no_less()
     assert (found.verdict, set(found.named)) == ("several", {SHELF[0], SHELF[2]})
 
 
+@pytest.mark.parametrize(
+    ("changing", "verdict"), [((1,), "several"), ((0, 1), "effect"), ((0,), "effect"), ((), "effect")]
+)
+def test_a_second_that_alone_changes_along_the_runs_mends_no_shape(changing, verdict):
+    """All that friction is steadier for it counts."""
+    first = dataclasses.replace(account(0, 0.99), steadier=30.0)
+    two = dataclasses.replace(both(0.99), steadier=50.0, of_friction=(SHELF[1],))
+    two = dataclasses.replace(two, changing=tuple(SHELF[n] for n in changing))
+    assert judge(6.0, [first, account(1, 5.0), two], SAMPLES, 100.0, SHELF).verdict == verdict
+
+
 def test_what_took_no_part_takes_back_or_confirms_that_friction_is_steadier():
     """No more than there was to take back, from all alike; what rests on something else stays as it is."""
     drift = dataclasses.replace(account(0, 1.05), steadier=6.5)

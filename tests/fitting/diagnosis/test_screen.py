@@ -111,3 +111,12 @@ def test_what_leaves_no_trace_in_these_records_cannot_be_seen():
         seen[run.friction is not None] = {promise.key: promise.can_be_seen for promise in usual}
     assert seen[True]["force_gain"] and not seen[False]["force_gain"]
     assert seen[True]["displacement_gain"] and seen[False]["displacement_gain"]
+
+
+def test_only_what_is_wanted_is_screened(slight: Screened):
+    """And what it promises does not depend on what else is screened."""
+    seen = screen(slight.model, slight.bench, slight.fit, only=[UNEVEN], shapes=[])
+    assert seen.keys == (UNEVEN,)
+    (promise,) = seen.usual
+    before = next(one for one in slight.seen.usual if one.key == UNEVEN)
+    assert promise.score == pytest.approx(before.score)

@@ -1,0 +1,61 @@
+"""Friction that changes along the runs where it is free to wander.
+
+Friction that drifts is then taken for friction that wanders, and what one effect leaves may pass for noise,
+beside which nothing is sought. It shows in how friction goes from lane to lane: in the same way in every run.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.contest import contest
+from fitting.diagnosis.explanation import Explanation
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.pairs import in_place_of_either, rivals
+from fitting.diagnosis.refit import Refit
+from fitting.diagnosis.repeatability import wanders
+from fitting.diagnosis.screen import Shapes, screen
+from fitting.diagnosis.starts import FROM_NEARBY
+from fitting.diagnosis.survey import freed
+from fitting.progress import Progress
+
+NARROWER = 0.3
+"""An effect is screened where friction may wander by this share of what it does without."""
+PROMISING = 12.0
+"""It is refitted if its score is so many times what scores vary by from lane to lane. Of nine sealed cases in
+which friction drifted beside something else it was 14 to 31 times as much in all; of ten without a drift up
+to 7, but once 14, for friction may wander slowly: whether it then keeps stiller in all runs decides."""
+
+
+def in_step(
+    model: Model,
+    bench: Bench,
+    nominal: Refit,
+    singles: Sequence[Explanation],
+    shapes: Shapes,
+    progress: Progress,
+) -> list[Explanation]:
+    """Each effect that promises to make friction change in step in all runs, alone and beside the best single
+    effects, and then what leaves the same traces in the place of either of two."""
+    found = _beside(model, bench, nominal, progress)
+    pairs = [pair for first in rivals(singles) for pair in _beside(model, bench, first.refit, progress)]
+    if pairs:
+        pairs = in_place_of_either(model, bench, freed(model, bench, pairs), 0, shapes, progress)
+    return [*found, *pairs]
+
+
+def _beside(model: Model, bench: Bench, base: Refit, progress: Progress) -> list[Explanation]:
+    """Such effects on top of what a fit has under which friction wanders; none where it keeps still, or
+    changes so already."""
+    effects = model.shelf.effects
+    keys = [key for key, effect in effects.items() if effect.changes and effect.card.family == "friction"]
+    if not wanders(base) or {*model.free_effects(base.free)} & {*keys}:
+        return []
+    narrow = dataclasses.replace(base.point, widths=NARROWER * base.point.widths)
+    seen = screen(model, bench, dataclasses.replace(base, point=narrow), only=keys)
+    promises = [promise for promise in seen.promises if promise.standing > PROMISING]
+    if not promises:
+        return []
+    return contest(model, bench, base, promises, len(promises), progress, FROM_NEARBY)
