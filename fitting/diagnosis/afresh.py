@@ -22,7 +22,7 @@ from fitting.progress import Progress, Silent
 HEAT_LANES = 16
 """Starts compete on so many lanes at most, spread evenly."""
 OUTRIGHT = (3.0, 15.0)
-"""Sizes at which effects of one sign begin, as multiples of typical ones."""
+"""Sizes at which effects begin that are tried outright, as multiples of typical ones."""
 
 
 def afresh(
@@ -59,6 +59,11 @@ def afresh(
     return final(model, bench, lambda _: recorded, few, tried, finalists, Silent())
 
 
+def has_one_sign(model: Model, promise: Promise) -> bool:
+    """Whether the strengths of a promised effect cannot be negative."""
+    return not model.two_sided(model.index(*model.shelf.strengths[promise.key])).any()
+
+
 def outright(
     model: Model,
     bench: Bench,
@@ -67,19 +72,23 @@ def outright(
     finalists: int,
     progress: Progress,
 ) -> list[Explanation]:
-    """Those of the promises of the nominal model that have one sign refitted, the best of them to the end,
-    from sizes that are no longer small: play, a stop or a clipped peak does next to nothing at null."""
+    """The promises of the nominal model refitted, the best of them to the end, from sizes that are no longer
+    small, of either sign where they may have it: play, a stop or a clipped peak does next to nothing at null,
+    and the lack of a strong effect may have led the nominal model where none is of help."""
     few = bench.spread(HEAT_LANES)
     heat, bare = bench.take(few), nominal.point.take(few)
-    one_sided = [p for p in promises if not model.two_sided(model.index(*model.shelf.strengths[p.key])).any()]
     progress.stage("effects refitted outright", 1)
 
     def at(promise: Promise, size: float) -> Point:
         strengths = np.full_like(strengths_of(model, bench, bare, promise.key), size)
         begun = start(model, nominal, promise, with_strengths(model, bench, bare, promise.key, strengths))
-        return dataclasses.replace(begun.point, coordinates=np.minimum(begun.point.coordinates, model.upper))
+        within = np.clip(begun.point.coordinates, model.lower, model.upper)
+        return dataclasses.replace(begun.point, coordinates=within)
 
-    begun = [(promise, at(promise, size)) for promise in one_sided for size in OUTRIGHT]
+    def sizes(promise: Promise) -> tuple[float, ...]:
+        return OUTRIGHT if has_one_sign(model, promise) else (*OUTRIGHT, *(-size for size in OUTRIGHT))
+
+    begun = [(promise, at(promise, size)) for promise in promises for size in sizes(promise)]
     points = all_settled(model, heat, [point for _, point in begun])
     starts = [start(model, nominal, p, point) for (p, _), point in zip(begun, points, strict=True)]
     tried = heats(model, heat, starts, Silent(), wander=False)

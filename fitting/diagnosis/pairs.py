@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.diagnosis.afresh import outright
+from fitting.diagnosis.afresh import has_one_sign, outright
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contest import contest
 from fitting.diagnosis.enough import hints, passes_for_noise
@@ -55,6 +55,7 @@ def pairs_beside(
     if not passes_for_noise(pairs[0].refit.misfit / floor):
         tried = {frozenset(pair.keys) for pair in pairs}
         missed = [p for p in around.promises if frozenset({*found[0].keys, p.key}) not in tried]
+        missed = [p for p in missed if has_one_sign(model, p)]
         more = outright(model, bench, leader, missed, FINAL_PAIRS, progress)
         pairs = freed(model, bench, best_of([*pairs, *more]), LEADERS)
     if pairs[0].refit.misfit >= WORTHWHILE * leader.misfit:

@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fitting.diagnosis.afresh import afresh, outright
+from fitting.diagnosis.afresh import afresh, has_one_sign, outright
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contest import contest
-from fitting.diagnosis.enough import suffices
+from fitting.diagnosis.enough import hints, passes_for_noise, suffices
 from fitting.diagnosis.explanation import Explanation, best_of, fitted_again
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
@@ -67,6 +67,12 @@ class Survey:
         return self.floor > NOTABLE
 
     @property
+    def leads(self) -> bool:
+        """Whether there is nothing to explain, or an effect explains some of it."""
+        nominal, best = self.nominal.misfit / self.floor, self.found[0].refit.misfit / self.floor
+        return passes_for_noise(nominal) or hints(nominal, best)
+
+    @property
     def suffices(self) -> bool:
         """Whether one effect, or none, leaves next to nothing."""
         return suffices(self.nominal.misfit / self.floor, self.found[0].refit.misfit / self.floor)
@@ -87,8 +93,9 @@ def survey(
     known: Sequence[Explanation] = (),
 ) -> Survey:
     """Screens every effect on a bench beside the nominal model, as fitted there, and refits the promising
-    ones, and the best of those `known` from the same lanes weighed otherwise. Where none suffices, what else
-    there is is tried outright, and where no friction was recorded, all afresh from the constants in `begins`.
+    ones, and the best of those `known` from the same lanes weighed otherwise. Where none suffices, what may
+    have been overlooked is tried outright, and where no friction was recorded, all afresh from the constants
+    in `begins`.
     """
     progress.stage("effects screened", 1)
     first = screen(model, bench, nominal)
@@ -100,10 +107,9 @@ def survey(
         others = second_look(model, bench, found, found[0].keys[0], 0, first.shapes, progress)
         found = best_of(freed(model, bench, [*found, *others])) if others else found
     seen = Survey(nominal, first, tuple(found), floor_of(model, bench, [nominal, found[0].refit]))
-    if seen.suffices or seen.scatters:
+    if seen.suffices or (seen.scatters and seen.leads):
         return seen
-    missed = [p for p in first.promises if p.key not in {e.keys[0] for e in found}]
-    others = outright(model, bench, nominal, missed, OVERLOOKED, progress)
+    others = outright(model, bench, nominal, _overlooked(model, seen), OVERLOOKED, progress)
     if not bench.wanders:
         others += afresh(model, bench, nominal, begins, first.promises, FINALISTS, progress)
     found = freed(model, bench, best_of([*found, *others]))
@@ -171,6 +177,15 @@ def freed(
     leader = min(found, key=misfit).refit
     found = sifted(found, misfit, lambda e: borrowed(model, bench, e.refit, leader, NEAR))
     return sorted(found, key=misfit)
+
+
+def _overlooked(model: Model, seen: Survey) -> list[Promise]:
+    """What is to be tried outright: effects of one sign that were not refitted, which may show nothing at
+    null, and where none explains anything, all of them, for the nominal model is astray then."""
+    if not seen.leads:
+        return list(seen.screen.promises)
+    refitted = {e.keys[0] for e in seen.found}
+    return [p for p in seen.screen.promises if p.key not in refitted and has_one_sign(model, p)]
 
 
 def _again(model: Model, bench: Bench, known: Sequence[Explanation]) -> list[Explanation]:

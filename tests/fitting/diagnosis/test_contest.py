@@ -34,7 +34,7 @@ ASTRAY = {"A": 0.02, "B": 20.0, "C": 2.0, "D": 40.0, "k1": 5e3}
 """Constants of a friction that is nearly all viscous, on a soft contact."""
 FAR_TOO_FAR = 60.0
 LONG_LAG = 0.05
-PLAY, UNSIGNED, LAGS = "force_hysteresis", "force_inertia", "frictional_memory"
+PLAY, LAGS = "force_hysteresis", "frictional_memory"
 
 
 class Unrecorded(NamedTuple):
@@ -134,11 +134,20 @@ def test_an_effect_that_shows_nothing_at_null_is_tried_outright():
     nominal = from_the_truth(model, bench, model.together((PLAY,)), model.origin(TRUTH))
     promises = screen(model, bench, nominal, own_group=True, shapes=[]).promises
     found = outright(model, bench, nominal, promises, len(promises), Silent())
-    assert UNSIGNED in {promise.key for promise in promises} - {e.keys[0] for e in found}
     best = min(found, key=lambda e: e.refit.misfit)
     assert best.keys == (PLAY,)
     (width,) = model.values(best.refit.point.coordinates, [f"{PLAY}.width"]).values()
     assert width == pytest.approx(0.3 * TRUTH["C"], rel=0.1)
+
+
+def test_an_effect_of_either_sign_is_tried_outright_with_both():
+    uneven = {UNEVEN: AsymmetricFriction(-DRY, 0.0)}
+    model, bench = laid_out(dataset(*noisy_runs({0.9: uneven, 2.1: uneven}, 7)))
+    nominal = from_the_truth(model, bench, model.together((UNEVEN,)), model.origin(ASTRAY))
+    seen = screen(model, bench, nominal, own_group=True, shapes=[])
+    promise = next(p for p in seen.promises if p.key == UNEVEN)
+    (found,) = outright(model, bench, nominal, [promise], 1, Silent())
+    assert dry(model, found.refit) == pytest.approx(-DRY, rel=0.1)
 
 
 def test_lanes_that_sit_out_the_contest_begin_where_its_winner_asks_them_to(monkeypatch: pytest.MonkeyPatch):

@@ -81,3 +81,24 @@ def test_what_is_known_from_the_same_lanes_is_not_lost(enlarged, monkeypatch):
     )
     assert lost.least == pytest.approx(nominal.misfit, rel=0.05) and not lost.suffices
     assert kept.least == pytest.approx(right.misfit, rel=0.05) and kept.suffices
+
+
+@pytest.mark.parametrize(("share", "all_of_them"), [(0.97, True), (0.6, False)])
+def test_where_no_effect_leads_anywhere_all_are_tried_outright(enlarged, monkeypatch, share, all_of_them):
+    """The nominal model may be astray where the linearised one is of no help. Else those of one sign are."""
+    model, base = enlarged
+    nominal = nominal_on(model, base.bench, base.point)
+    found = dataclasses.replace(nominal, misfit=share * nominal.misfit, free=model.nuisances())
+    (promise,) = (p for p in screen(model, base.bench, nominal, shapes=[]).promises if p.key == MATE)
+    asked: list[str] = []
+
+    def tried(_model, _bench, _nominal, promises, *_):
+        asked.extend(promise.key for promise in promises)
+        return []
+
+    monkeypatch.setattr(surveying, "contest", lambda *_: [Explanation((MATE,), promise, found)])
+    monkeypatch.setattr(surveying, "freed", lambda _model, _bench, explanations: [*explanations])
+    monkeypatch.setattr(surveying, "outright", tried)
+    survey(model, base.bench, nominal, base.begins, Silent())
+    assert ({KEY, MATE, IDLE} <= {*asked}) is all_of_them
+    assert "end_stop" in asked and (all_of_them or {KEY, MATE, IDLE}.isdisjoint(asked))
