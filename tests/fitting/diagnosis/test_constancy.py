@@ -17,6 +17,8 @@ from tests.fitting.reference_data import TRUTH, dataset, noisy, own_run
 
 LATE, CLOCK = 8e-3, 2e-3
 """A delay of the force [s], and one that grows by so much a second."""
+VERY_LATE, HARDLY = 30e-3, 1.5e-3
+"""One that is long, and changes by a small part of itself from the beginning of the runs to their end."""
 KEY = "force_delay"
 
 
@@ -29,8 +31,8 @@ def delayed(run: Run, delay: float, rate: float) -> Run:
 
 @pytest.fixture(
     scope="module",
-    params=[(0.0, 0.0), (LATE, 0.0), (0.0, CLOCK), (LATE, -CLOCK)],
-    ids=["none", "still", "growing", "shrinking"],
+    params=[(0.0, 0.0), (LATE, 0.0), (0.0, CLOCK), (LATE, -CLOCK), (VERY_LATE, HARDLY)],
+    ids=["none", "still", "growing", "shrinking", "hardly"],
 )
 def late(request: pytest.FixtureRequest) -> tuple[float, Trend | None, Trend | None]:
     """By how much a second the force of some runs is later; what changes with the nominal model, and with the
@@ -50,10 +52,10 @@ def late(request: pytest.FixtureRequest) -> tuple[float, Trend | None, Trend | N
 
 
 def test_a_delay_that_changes_is_seen_to_whether_it_is_named_or_not(late):
-    """And one that does not, or none, is not."""
+    """And one that does not, or none, is not; nor one that changes by little, where it is named."""
     rate, unnamed, named = late
-    if not rate:
-        assert unnamed is None and named is None
+    if rate in (0.0, HARDLY):
+        assert named is None and (unnamed is None or rate == HARDLY)
         return
     for trend in (unnamed, named):
         assert trend is not None and trend.key == KEY and trend.grows == (rate > 0)
