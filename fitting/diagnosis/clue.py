@@ -139,7 +139,7 @@ def clue_of(patterns: Mapping[str, Patterns]) -> Clue | None:
 
 def _followed(side: str, found: Patterns) -> Clue | None:
     lacks = found.excess > NOTABLE and found.significance > SURELY
-    shares = {name: min(share, 1.0) for name, share in found.shares.items()} if lacks else {}
+    shares = dict(found.shares) if lacks else {}
     moments = shares.pop(MOMENTS, found.shares.get(MOMENTS, 0.0))
     best = max(shares.values(), default=0.0)
     if best >= FOLLOWS:

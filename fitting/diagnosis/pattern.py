@@ -198,7 +198,7 @@ def _share(side: Side, columns: np.ndarray, ridge: float) -> float:
             float(2 * amounts @ answers[n] - amounts @ grams[n] @ amounts)
             for n in np.flatnonzero(fold == number).tolist()
         )
-    return max(gain / side.excess, 0.0)
+    return float(np.clip(gain / side.excess, 0.0, 1.0))
 
 
 def _moments(side: Side, period: float) -> float:

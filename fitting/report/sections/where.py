@@ -64,7 +64,7 @@ def _follows(found: Patterns) -> tuple[str, list[Bar]]:
     if found.apart:
         segments = "segment" if found.apart == 1 else "segments"
         line += f", without {found.apart} {segments} far worse than the rest"
-    shares = {_pattern(name, found): min(share, 1.0) for name, share in found.shares.items()}
+    shares = {_pattern(name, found): share for name, share in found.shares.items()}
     return f"{line}.", _bars({name: share for name, share in shares.items() if share >= LEAST})
 
 

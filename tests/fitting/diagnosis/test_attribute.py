@@ -18,7 +18,7 @@ FLOOR = 1.1
 def counted(misfit: float, *keys: str) -> Account:
     """The account of an explanation by these effects, which leaves this misfit, in units of the floor. Each
     has a strength, number 0, and a shape, number 7."""
-    effects = {key: SimpleNamespace(card=SimpleNamespace(family="friction")) for key in keys}
+    effects = {key: SimpleNamespace(card=SimpleNamespace(family="friction"), changes=False) for key in keys}
     shelf = SimpleNamespace(effects=effects, shapes={key: ("shape",) for key in keys})
     model: Any = SimpleNamespace(
         of=lambda _: np.array([0, 7]),

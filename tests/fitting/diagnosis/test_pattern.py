@@ -9,11 +9,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.diagnosis.clue import FRICTION, MECHANICS, MOTION, Clue, clue_of
+from fitting.diagnosis.clue import BEAT, FRICTION, MECHANICS, MOMENTS, MOTION, PATTERNS, Clue, clue_of
 from fitting.diagnosis.findings import Patterns
 from fitting.diagnosis.laying import lay_whole
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.pattern import patterns
+from fitting.diagnosis.pattern import FORMS, patterns
 from fitting.problem import pose
 from fitting.settings import Settings
 from jaxstick.effect import AbstractEffect, Card
@@ -137,6 +137,10 @@ def test_the_plainer_of_patterns_as_good_is_said_and_mechanics_first():
     assert clue is not None and (clue.side, clue.pattern, clue.share) == (MECHANICS, "speed", 0.85)
     assert clue.note.startswith("Closed with the measured friction force, the equation of motion lacks a ")
     assert clue.clause.endswith("a force that depends on the speed (85 % of it)")
+
+
+def test_every_pattern_has_its_words():
+    assert {*PATTERNS} == {*FORMS, BEAT, MOMENTS}
 
 
 @pytest.mark.parametrize(
