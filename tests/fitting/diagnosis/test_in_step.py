@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -63,3 +65,14 @@ def test_friction_that_wanders_otherwise_is_no_drift():
     leader = alone(model, base, nominal, "force_delay")
     assert wanders(nominal) and np.std(nominal.point.own[:, START]) > 2e-3
     assert in_step(model, base.bench, nominal, [leader], [], Silent()) == []
+
+
+def test_an_effect_that_the_rig_has_already_is_not_sought():
+    _, model, base = grounded({"friction_drift": FrictionDrift(RATE)}, 24)
+    nominal = nominal_on(model, base.bench, base.point)
+    effects = {key: effect for key, effect in model.shelf.effects.items() if key != "friction_drift"}
+    model.shelf = dataclasses.replace(model.shelf, effects=effects)
+    assert wanders(nominal)
+    assert (
+        in_step(model, base.bench, nominal, [alone(model, base, nominal, "force_delay")], [], Silent()) == []
+    )
