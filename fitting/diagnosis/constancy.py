@@ -25,10 +25,10 @@ from fitting.diagnosis.scores import Projected, Table, places_of, templates_of
 CHANCE = 1e-3
 """The probability with which any of the strengths that are tested would change so by chance, were lanes
 independent of one another; those of a run are not quite, where friction scatters slowly."""
-A_GOOD_PART = 0.15
+SMALL_PART = 0.05
 """A change from the middle of the runs to their end by a smaller share of the strength itself may be owed to
 the shape of the effect, or of another that acts as well. In two sealed cases in which nothing changed so it
-was 1 and 3 %, in nine of clocks and springs 32 % and more."""
+was 1 and 3 %, in one of two clocks 8 %, in nine others of clocks and springs 32 % and more."""
 NOTABLE = 100.0
 """By so much chi-square is to fall, too: where a few lanes carry most of a score, these may agree by chance.
 In sealed cases whose clocks ran apart, or whose spring warmed up, it fell by 400 and more; in 30 others by no
@@ -83,7 +83,7 @@ def trend_of(model: Model, bench: Bench, at: Refit, keys: Sequence[str]) -> Tren
         for number, own in enumerate(place):
             change = _Change.of(table, common, columns, np.array([own + count, *others]))
             strengths = change.others if fitted is None else fitted
-            if abs(change.amount) < A_GOOD_PART * float(np.abs(strengths).max()):
+            if abs(change.amount) < SMALL_PART * float(np.abs(strengths).max()):
                 continue
             grows = bool(strengths[number] * change.amount > 0)
             found.append(Trend(key, model.shelf.titled(key), change.gain, change.evidence, grows))

@@ -17,7 +17,7 @@ from tests.fitting.reference_data import TRUTH, dataset, noisy, own_run
 
 LATE, CLOCK = 8e-3, 2e-3
 """A delay of the force [s], and one that grows by so much a second."""
-VERY_LATE, HARDLY = 30e-3, 1.5e-3
+VERY_LATE, HARDLY = 12e-3, 2e-4
 """One that is long, and changes by a small part of itself from the beginning of the runs to their end."""
 KEY = "force_delay"
 
