@@ -69,13 +69,18 @@ class Survey:
     @property
     def leads(self) -> bool:
         """Whether there is nothing to explain, or an effect explains some of it."""
-        nominal, best = self.nominal.misfit / self.floor, self.found[0].refit.misfit / self.floor
+        nominal, best = self._left
         return passes_for_noise(nominal) or hints(nominal, best)
 
     @property
     def suffices(self) -> bool:
         """Whether one effect, or none, leaves next to nothing."""
-        return suffices(self.nominal.misfit / self.floor, self.found[0].refit.misfit / self.floor)
+        return suffices(*self._left)
+
+    @property
+    def _left(self) -> tuple[float, float]:
+        """What the nominal model and the best effect leave, in units of the floor."""
+        return self.nominal.misfit / self.floor, self.found[0].refit.misfit / self.floor
 
 
 def nominal_on(model: Model, bench: Bench, point: Point) -> Refit:
