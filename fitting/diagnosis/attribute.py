@@ -123,7 +123,7 @@ def attribute(
     singles = [e for e in found if len(e.keys) == 1]
     changing = in_step(model, bench, nominal, singles, first.shapes, progress)
     found = sorted(best_of([*found, *changing]), key=lambda explanation: explanation.refit.misfit)
-    best = found[0]
+    best, singles = found[0], [e for e in found if len(e.keys) == 1]
     nominal = borrowed(model, bench, nominal, best.refit)
     floor = min(floor, floor_of(model, bench, [nominal, best.refit]))
     left = nominal.misfit / floor, best.refit.misfit / floor
@@ -202,7 +202,7 @@ def _weighed(
             traces_left(model, first),
             {frozenset(e.keys): e.refit.misfit for e in found},
         ),
-        scatters=bench.scatters,
+        hidden=_of_friction(model) if bench.scatters else (),
     )
     against = Yardstick(without, floor, samples, inflation, bench.scatters, accounts, alike)
     made = Attribution(nominal, tuple(found), first, judgement, against)
@@ -214,6 +214,11 @@ def traces_left(model: Model, seen: Screen) -> dict[str, tuple[str, ...]]:
     gain of a base that stands still."""
     visible = {promise.key for promise in seen.usual if promise.can_be_seen}
     return {key: traces if key in visible else () for key, traces in model.shelf.traces.items()}
+
+
+def _of_friction(model: Model) -> list[str]:
+    """The effects that change friction, which scatter of friction hides."""
+    return [key for key, effect in model.shelf.effects.items() if effect.card.family == "friction"]
 
 
 def _told(bench: Bench, nominal: Refit, found: Sequence[Explanation]) -> list[float]:

@@ -3,7 +3,7 @@
 A third body lifts friction while it is between the surfaces and lets go of it afterwards (Godet, Wear 100
 (1984) 437). It comes at no phase of the motion and at no place, so that no effect that repeats itself takes
 it, and in the mean of a segment it looks like friction that wanders. What tells it is that friction is now
-and then far above what it is at that speed, and never as far below.
+and then far above what it is at that speed, and seldom as far below.
 """
 
 from __future__ import annotations
@@ -25,14 +25,17 @@ FAST = 0.5
 and arrest a model that is slightly off leaves as much."""
 FEWEST_WINDOWS = 30
 """So many are needed to say anything of a run."""
-HIGH = 5.0
-"""So many robust standard deviations off is far. In three of four sealed cases with particles in the contact
-friction rose as far in 2 to 9 % of the windows, and never fell as far, in five or six of six runs; in 211
-other cases it did so in three of six at most."""
+FAR = 5.0
+"""So many robust standard deviations off is far."""
 OFTEN = 0.01
-"""It is to do so in more than this share of the windows of a run,"""
+"""It is to be so in more than this share of the windows of a run,"""
+ONE_WAY = 2.0
+"""and so many times as often that way as the other: a segment in which a burst comes is fitted astray, and
+lies below what is usual in what is left of it."""
 FEWEST_RUNS = 3
-"""and in so many runs at least: in one, a burst may be a segment that was lost."""
+"""It is to rise so in so many runs more than it falls so. In 13 of 17 sealed cases with particles in the
+contact it did in three to six of six; in the other four friction scattered by nearly as much as it rose. In
+125 without any effect it did in two at most; another effect may look so to the nominal model."""
 ALTERNATIONS = 3
 """So many times in turn what is usual is fitted and the scale taken of what that leaves."""
 
@@ -58,13 +61,13 @@ class Bursts(AbstractAnomaly):
     def note(self) -> str:
         return (
             f"Friction rises for moments in {self.runs} of {self.of} runs, by {100 * self.height:.2g} % of "
-            f"itself in {100 * self.share:.2g} % of the time of fast sliding, and never falls as far: look "
+            f"itself in {100 * self.share:.2g} % of the time of fast sliding, and seldom falls as far: look "
             "for particles, debris or transferred patches in the contact."
         )
 
 
 def bursts(model: Model, base: Ground, period: float) -> Bursts | None:
-    """What there is of bursts in more than half of the runs, None where there is not as much, or no friction
+    """What there is of bursts in half of the runs and more, None where there is not as much, or no friction
     force. `period`: the natural one [s]."""
     bench, point = base.bench, base.point
     lanes = bench.lanes
@@ -73,16 +76,20 @@ def bursts(model: Model, base: Ground, period: float) -> Bursts | None:
     rise = (np.asarray(lanes.friction) - expected) * np.sign(expected)
     size = max(round(WINDOW * bench.samples(period)), 2)
     windows = [_windowed(values, size) for values in (rise, np.abs(expected), velocity, weight)]
-    found, seen = [], 0
+    found, seen, falls = [], 0, 0
     for run in np.unique(bench.run):
         mine = [values[bench.run == run].reshape(-1, size) for values in windows]
         counted = np.all(mine[3] > 0, axis=1)
         if not counted.any():
             continue
         seen += 1
-        burst = _in_run(*(values[counted] for values in mine[:3]))
-        found += [] if burst is None else [burst]
-    if len(found) < FEWEST_RUNS or 2 * len(found) <= seen:
+        above, level = _above(*(values[counted] for values in mine[:3]))
+        far = _far(above)
+        if far > 0:
+            high = above > FAR * robust_deviation(above)
+            found.append((high.mean(), np.median(above[high]) / level))
+        falls += far < 0
+    if len(found) - falls < FEWEST_RUNS or 2 * len(found) < seen:
         return None
     share, height = np.median(found, axis=0)
     return Bursts(len(found), seen, float(share), float(height))
@@ -94,20 +101,27 @@ def _windowed(values: np.ndarray, size: int) -> np.ndarray:
     return values[:, : whole * size].reshape(len(values), whole, size)
 
 
-def _in_run(rise: np.ndarray, friction: np.ndarray, velocity: np.ndarray) -> tuple[float, float] | None:
-    """The share of the windows (windows, samples) of a run in which friction rises far, and by what share of
-    itself; None where that is rare, or it falls as far."""
+def _above(rise: np.ndarray, friction: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, float]:
+    """How far friction rises above what is usual in the windows (windows, samples) of fast sliding, and how
+    large it is there (median); none where these are few."""
     speed = np.abs(velocity)
     fast = speed.min(axis=1) > FAST * np.sqrt(np.mean(velocity**2))
     if fast.sum() < FEWEST_WINDOWS:
-        return None
+        return np.zeros(0), 0.0
     above = _above_usual(rise[fast].mean(axis=1), velocity[fast].mean(axis=1))
-    spread = robust_deviation(above)
-    high = above > HIGH * spread
-    if high.mean() <= OFTEN or (above < -HIGH * spread).any():
-        return None
-    level = np.median(friction[fast].mean(axis=1))
-    return float(high.mean()), float(np.median(above[high]) / level)
+    return above, float(np.median(friction[fast].mean(axis=1)))
+
+
+def _far(above: np.ndarray) -> int:
+    """Whether friction is now and then far above what is usual (1), or below (-1), in a run: often, and that
+    way rather than the other; else 0."""
+    if not len(above):
+        return 0
+    limit = FAR * robust_deviation(above)
+    high, low = float(np.mean(above > limit)), float(np.mean(above < -limit))
+    if max(high, low) <= OFTEN or max(high, low) < ONE_WAY * min(high, low):
+        return 0
+    return 1 if high > low else -1
 
 
 def _above_usual(rise: np.ndarray, velocity: np.ndarray) -> np.ndarray:

@@ -11,6 +11,9 @@ NEARLY_BEST = 1.15
 NO_WORSE = 1.005
 """What steadier friction is worth counts for explanations that leave no more than so many times the least,
 and than so many times what none leaves: the search for one that leaves more has ended elsewhere."""
+AS_LITTLE = 1.01
+"""Two effects leave no more than the better of them alone where they leave less than so many times that: with
+friction that wanders less they may end in a fit that costs a little more."""
 MENDS = 0.4
 """By such a share of what the first effect does for it a second one makes friction steadier that mends the
 shape of the first: of two sealed cases that had one effect it did by 0.28 and 0.29 of it, of one that had
@@ -40,7 +43,7 @@ def credited(accounts: Sequence[Account], nominal: float) -> dict[tuple[str, ...
         second = max(account.keys, key=lambda key: left.get(key, math.inf))
         bent = second not in account.of_friction and left.get(second, math.inf) > most
         better = max(alone.get(k, 0.0) for k in account.keys if k != second or not bent)
-        counts = second in account.of_friction and account.misfit <= least
+        counts = second in account.of_friction and account.misfit <= AS_LITTLE * least
         if counts and {*account.changing} == {second}:
             return account.steadier
         beyond = max(account.steadier - (1 + MENDS) * better, 0.0) if counts else 0.0

@@ -139,8 +139,10 @@ def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquir
 
 
 def _anomalies(paper: Chosen, chosen: Chosen, found: Attribution) -> tuple[AbstractAnomaly, ...]:
-    """What is seen that no effect does; scatter that is no wandering only where nothing is named, which what
-    is named may leave."""
+    """What is seen that no effect does, where nothing is named: what is named may leave as much under the
+    nominal model; and scatter that is no wandering where nothing seems to act."""
+    if found.judgement.named:
+        return ()
     seen: list[AbstractAnomaly | None] = [bursts(paper.model, paper.ground, paper.problem.period)]
     if found.judgement.verdict == "none":
         seen.append(unrest(chosen.problem, chosen.model, found.nominal, chosen.ground.scatter))

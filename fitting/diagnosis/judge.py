@@ -39,9 +39,10 @@ LEAST_INFLATION = 3.0
 NOISE_KNOWN = 0.05
 """Chi-square per degree of freedom may lie so much above 1 because the noise is not known better: as little
 is no bias that tells of a wrong model, where effects are compared with none."""
-FLOOR = 0.2
+FLOOR = 0.1
 """How far above the noise the nominal model may stay where nothing else acts: the noise is estimated,
-and sensors and sampling have ways of their own."""
+and sensors and sampling have ways of their own. Of 396 sealed cases without an effect and without scatter one
+in ten left 0.05 and more, one in a hundred 0.16 and more."""
 ALIKE = 0.05
 """Aliases whose misfits differ by less than this share of the excess are not told apart."""
 SOFT = 0.03
@@ -58,7 +59,8 @@ alone that is listed, too, and by no less than that where the best explanation l
 UNLISTED_FLOOR = (1.1, 1.4), (1.1, 1.0)
 """Misfits of the nominal model between which what is off the shelf is asked to explain nothing of the first
 tenth above the noise, and then all: so close to the noise there may be nothing."""
-UNLISTED_PARAMETERS = 2
+UNLISTED_PARAMETERS = 1
+"""Its strength."""
 EXPLAINS = 0.5, 0.2
 """What an effect off the shelf may be taken to do for the steadiness of friction is what a listed one does
 that leaves less than this share of the excess, or no more than so much above the noise."""
@@ -68,13 +70,13 @@ DOUBT = 0.03
 probability is called certain, and none nought. Of 39 sealed cases in which one was taken for all but certain
 (0.996), four were wrong. Half of it is kept for "unlisted": of six wrong ones among 328 cases that were as
 sure of another answer, four were of effects off the shelf."""
-HIDDEN, HIDDEN_ON_SHELF = 0.15, 0.1
+HIDDEN, HIDDEN_ON_SHELF = 0.1, 0.1
 """Where friction scatters, so much of what is likely of "none" is so of something off the shelf that the
-scatter hides, and of an effect that it does: of 20 cases called "none" so in two sealed sets, 16 had no
-effect, of 31 without scatter all."""
-TAKEN_FOR = 0.4
+scatter hides, and of an effect that changes friction: of 224 cases called "none" so in five sealed sets, 178
+had no effect, 21 one off the shelf, 21 one that changes friction and four another one."""
+TAKEN_FOR = 0.35
 """So much, and less the more there is to explain, of what is likely of an effect is so of something off the
-shelf where friction scatters: with an excess of less than 0.4, three of eight named had been there."""
+shelf where friction scatters: with an excess of less than 0.4, five of 34 named had been so."""
 NEXT_TO_NOTHING = 1e-9
 """What is left to "unlisted" where everything else is taken back."""
 REFUTED = 0.1
@@ -120,14 +122,15 @@ def judge(
     aliases: Mapping[str, Collection[str]] | None = None,
     classes: Classes | None = None,
     *,
-    scatters: bool = False,
+    hidden: Collection[str] = (),
 ) -> Judgement:
     """The probabilities of all explanations. Where the best of them leaves less than the noise is said to be,
     the noise is what that one leaves.
 
     nominal: the misfit without any effect; samples: degrees of freedom; inflation: variance of scores by
     clusters over that of white residuals; shelf: all keys; aliases: effects that these records do not tell
-    from an effect; classes: what no records do; scatters: whether friction does, which hides a good deal.
+    from an effect; classes: what no records do; hidden: where friction scatters, the effects that this hides
+    more than others.
     """
     best = min([nominal, *(account.misfit for account in accounts)])
     noise = min(best, 1.0)
@@ -196,8 +199,8 @@ def judge(
         name: kept[name] + (1 - DOUBT) * part
         for name, part in zip(names, (share / share.sum()).tolist(), strict=True)
     }
-    if scatters:
-        explanations = _doubted(explanations, excess, shelf)
+    if hidden:
+        explanations = _doubted(explanations, excess, hidden)
     return _judged(explanations, [NONE, UNLISTED, *shelf], steady, classes or {})
 
 
@@ -222,13 +225,13 @@ def _kept(names: Collection[str]) -> dict[str, float]:
     return {**kept, UNLISTED: DOUBT / 2}
 
 
-def _doubted(explanations: Mapping[str, float], excess: float, shelf: Sequence[str]) -> dict[str, float]:
+def _doubted(explanations: Mapping[str, float], excess: float, hidden: Collection[str]) -> dict[str, float]:
     """The probabilities where scatter hides a good deal."""
     mistaken = TAKEN_FOR * math.exp(-excess)
     none = explanations[NONE]
     out = {name: (1 - mistaken) * p for name, p in explanations.items() if name not in (NONE, UNLISTED)}
-    for key in shelf:
-        out[key] += HIDDEN_ON_SHELF * none / len(shelf)
+    for key in hidden:
+        out[key] += HIDDEN_ON_SHELF * none / len(hidden)
     out[NONE] = (1 - HIDDEN - HIDDEN_ON_SHELF) * none
     out[UNLISTED] = 1 - sum(out.values())
     return {name: out[name] for name in explanations}

@@ -32,8 +32,10 @@ whatever stands in its place, is so many times as much: a wrong shape is mended 
 effect that acts only by itself. In 36 sealed cases with one effect no second one did so, in three of 24 with
 two the right one, which was not named for want of this; a contact of another shape left a twelfth above the
 noise, and friction at the guide mended most of that."""
-HARDLY = 0.002
-"""A smaller share of the excess is no evidence for a second effect, however little the two leave."""
+HARDLY, NOISE_KNOWN = 0.002, 0.05
+"""What one effect leaves above the noise is no evidence for a second one where it is a smaller share of the
+excess, or less in any case: the noise is not known better. Of 1768 sealed cases two that had one effect and
+none that had two would be answered otherwise without that."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,7 +67,7 @@ class Alone:
 
     def makes_needless(self, two: Account) -> bool:
         """Whether one effect does so well that two are no evidence for a second."""
-        if self.best < 1 + HARDLY * self._excess:
+        if self.best < 1 + max(HARDLY * self._excess, NOISE_KNOWN):
             return True
         shape = max(OTHER_SHAPE * self._excess, min(OTHER_SHAPE_OF_LITTLE * self._excess, LITTLE))
         if self.best >= 1 + shape:

@@ -52,5 +52,5 @@ def test_steady_friction_under_what_explains_nothing_is_no_evidence_for_what_is_
     """Not where another effect explains most."""
     left = [account(0, 1.34), account(1, 4.0, steadier=6.8), account(2, 3.9)]
     two = Account(tuple(SHELF[:2]), 1.331, 5, steadier=5.8, of_friction=(SHELF[1],))
-    found = judge(4.02, [*left, two], 1e4, 44.0, SHELF, scatters=True)
+    found = judge(4.02, [*left, two], 1e4, 44.0, SHELF, hidden=SHELF)
     assert (found.verdict, found.named) == ("effect", (SHELF[0],))
