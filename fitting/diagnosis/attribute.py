@@ -119,10 +119,10 @@ def attribute(
     if wanders(nominal) and (wanders(found[0].refit) or not seen.suffices):
         still = with_still_friction(model, bench, nominal, found[0], first.shapes, progress)
         found = freed(model, bench, best_of([*found, *still]))
-    found = sorted(best_of([*found, *known]), key=lambda explanation: explanation.refit.misfit)
+    found = best_of([*found, *known])
     singles = [e for e in found if len(e.keys) == 1]
     changing = in_step(model, bench, nominal, singles, first.shapes, progress)
-    found = sorted(best_of([*found, *changing]), key=lambda explanation: explanation.refit.misfit)
+    found = best_of([*found, *changing])
     best, singles = found[0], [e for e in found if len(e.keys) == 1]
     nominal = borrowed(model, bench, nominal, best.refit)
     floor = min(floor, floor_of(model, bench, [nominal, best.refit]))
@@ -135,7 +135,6 @@ def attribute(
     pairs = [e for e in found if len(e.keys) > 1]
     if not alone and hints(*left) and (promising or not passes_for_noise(left[1])):
         pairs = best_of([*pairs, *pairs_beside(model, bench, singles, around, floor, progress)])
-        pairs.sort(key=lambda pair: pair.refit.misfit)
     elif len(best.keys) > 1:
         pairs = in_place_of_either(model, bench, pairs, 0, first.shapes, progress)
     if pairs:

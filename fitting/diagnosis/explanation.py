@@ -21,13 +21,13 @@ class Explanation:
 
 
 def best_of(explanations: Sequence[Explanation]) -> list[Explanation]:
-    """Of explanations by the same effects the one with the lowest misfit."""
+    """Of explanations by the same effects the one with the lowest misfit; the best first."""
     best: dict[frozenset[str], Explanation] = {}
     for one in explanations:
         rival = best.get(frozenset(one.keys))
         if rival is None or one.refit.misfit < rival.refit.misfit:
             best[frozenset(one.keys)] = one
-    return list(best.values())
+    return sorted(best.values(), key=lambda one: one.refit.misfit)
 
 
 def fitted_again(model: Model, bench: Bench, explanations: Sequence[Explanation]) -> list[Explanation]:

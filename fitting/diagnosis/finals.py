@@ -35,7 +35,7 @@ def final(
     """The best of what was tried on few lanes fitted to all of them; what the others have of their own
     settles from where `own` (lanes, 5) puts it. Beside the best, so many as `finalists`, up to `HIDDEN` are
     that leave less of a typical lane than any of these; their lost lanes are then freed."""
-    best = sorted(best_of(tried), key=lambda e: e.refit.misfit)[:finalists]
+    best = best_of(tried)[:finalists]
     hidden = hidden_by_lost_lanes(bench.take(few), tried, best)
     chosen = [*best, *hidden]
     fits = refit(

@@ -183,11 +183,14 @@ def _shrunk(chosen: Chosen, held: Split, found: Attribution, named: Explanation 
 
 
 def _fits(found: Attribution, named: Explanation | None) -> dict[str, Refit]:
-    """The fits whose gaps are compared on what was held out."""
-    fits = {"nominal": found.nominal, "named": found.nominal if named is None else named.refit}
-    mentioned = set(found.judgement.named)
-    wrong = [e for e in found.explanations if not mentioned & set(e.keys)]
-    if wrong and mentioned:
+    """The fits whose gaps are compared on what was held out: those of the nominal model and of what is named,
+    and, of what shares no effect with that and has no more, the best and the worst."""
+    if named is None:
+        return {"nominal": found.nominal, "named": found.nominal}
+    fits = {"nominal": found.nominal, "named": named.refit}
+    mentioned, most = set(found.judgement.named), len(named.keys)
+    wrong = [e for e in found.explanations if not mentioned & set(e.keys) and len(e.keys) <= most]
+    if wrong:
         fits["wrong"] = wrong[0].refit
         fits["placebo"] = wrong[-1].refit
     return fits

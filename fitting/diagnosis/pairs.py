@@ -106,7 +106,7 @@ def with_still_friction(
     promises = screen(model, bench, still, shapes=shapes).ranked[:FINALISTS]
     found = contest(model, bench, still, promises, FINALISTS, progress, wander=False)
     found = best_of([*found, dataclasses.replace(leader, refit=alone)])
-    best = min(found, key=lambda e: e.refit.misfit).refit
+    best = found[0].refit
     if wanders(leader.refit) and hints(still.misfit, best.misfit):
         seconds = screen(model, bench, best, shapes=shapes).ranked[:SECONDS]
         found += contest(model, bench, best, seconds, FINAL_PAIRS, progress, wander=False)

@@ -120,7 +120,6 @@ def _sought_anew(
     nominal = nominal_on(model, bench, found.nominal.point)
     seen = survey(model, bench, nominal, begins, progress)
     singles = best_of([*seen.found, *(e for e in known if len(e.keys) == 1)])
-    singles.sort(key=lambda e: e.refit.misfit)
     floor = min(seen.floor, floor_of(model, bench, [nominal, *(e.refit for e in known)]))
     seen = dataclasses.replace(seen, found=tuple(singles), floor=floor)
     return attribute(model, bench, seen, progress, [e for e in known if len(e.keys) > 1])

@@ -9,8 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fitting.diagnosis import attribute as attributes
 from fitting.diagnosis.accounts import Account, within_scatter
-from fitting.diagnosis.attribute import PROMISING, Attribution, account, traces_left, worth_a_second
+from fitting.diagnosis.attribute import (
+    PROMISING,
+    Attribution,
+    account,
+    attribute,
+    traces_left,
+    worth_a_second,
+)
 
 FLOOR = 1.1
 
@@ -47,6 +55,38 @@ def test_a_second_effect_neither_earns_nor_pays_for_less_than_what_was_weighed_b
         [Account(("one",), one, 1), Account(("other",), 3.0, 1), Account(("one", "other"), two, 2)]
     )
     assert (alone.misfit, other.misfit, both.misfit) == (one, 3.0, counts)
+
+
+def test_what_is_found_beside_wandering_takes_the_place_of_a_worse_fit_of_the_same_effect(monkeypatch):
+    """Beside pairs, too."""
+
+    def leaving(misfit: float, *keys: str) -> Any:
+        return SimpleNamespace(keys=keys, refit=SimpleNamespace(misfit=misfit))
+
+    nominal = SimpleNamespace(misfit=9.0)
+    quiet = SimpleNamespace(promises=[SimpleNamespace(standing=0.0)])
+    found = (leaving(3.0, "one"), leaving(4.0, "drift"))
+    seen: Any = SimpleNamespace(nominal=nominal, screen=SimpleNamespace(shapes=()), found=found, floor=1.0)
+    replaced = {
+        "wanders": False,
+        "in_step": [leaving(2.0, "drift")],
+        "borrowed": nominal,
+        "floor_of": 1.0,
+        "screen": quiet,
+        "pairs_beside": [leaving(1.5, "one", "drift")],
+        "each_alone": [],
+        "_inflation": 1.0,
+    }
+    for name, answer in replaced.items():
+        monkeypatch.setattr(attributes, name, lambda *_, answer=answer, **__: answer)
+    monkeypatch.setattr(attributes, "_weighed", lambda model, bench, fit, explanations, *_: explanations)
+    nothing: Any = None
+    weighed: Any = attribute(nothing, nothing, seen, nothing)
+    assert {e.keys: e.refit.misfit for e in weighed} == {
+        ("one",): 3.0,
+        ("drift",): 2.0,
+        ("one", "drift"): 1.5,
+    }
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import pytest
 from fitting.diagnosis import diagnose as whole
 from fitting.diagnosis.constancy import Trend
 from fitting.diagnosis.diagnose import diagnose
-from fitting.diagnosis.inquiry import Inquiry
+from fitting.diagnosis.inquiry import Inquiry, _fits
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import Split
 from fitting.diagnosis.unrest import Unrest
@@ -144,3 +144,24 @@ def test_other_runs_are_held_out_where_something_else_acts(monkeypatch, first, s
     assert found is (first if taken == "first" else second) and len(asked) == wanted
     asked.clear()
     assert whole._inquired(paper, ("run-1.csv",), DiagnosisSettings(), Silent()) is first
+
+
+def test_what_is_named_is_compared_with_what_has_no_more_effects_and_none_of_its_own():
+    """Two effects that mimic one together are no rival of that one."""
+    explained = [
+        SimpleNamespace(keys=keys, refit="+".join(keys))
+        for keys in (("a",), ("a", "c"), ("c", "d"), ("b", "c"), ("c",), ("d",), ("b",))
+    ]
+    for taken, named, wrong, placebo in (
+        (0, ("a",), "c", "b"),
+        (0, ("a", "b"), "c", "d"),
+        (1, ("a", "c"), "d", "b"),
+        (3, ("b", "c"), "a", "d"),
+    ):
+        found: Any = SimpleNamespace(
+            nominal="none", explanations=explained, judgement=SimpleNamespace(named=named)
+        )
+        one: Any = explained[taken]
+        fits = {"nominal": "none", "named": one.refit, "wrong": wrong, "placebo": placebo}
+        assert _fits(found, one) == fits
+    assert _fits(found, None) == {"nominal": "none", "named": "none"}
