@@ -35,7 +35,7 @@ lies below what is usual in what is left of it."""
 FEWEST_RUNS = 3
 """It is to rise so in so many runs more than it falls so. In 13 of 17 sealed cases with particles in the
 contact it did in three to six of six; in the other four friction scattered by nearly as much as it rose. In
-125 without any effect it did in two at most; another effect may look so to the nominal model."""
+150 without any effect it did in two at most; another effect may look so to the nominal model."""
 ALTERNATIONS = 3
 """So many times in turn what is usual is fitted and the scale taken of what that leaves."""
 
