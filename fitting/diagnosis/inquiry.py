@@ -118,10 +118,7 @@ def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquir
         chosen, found = beside_a_pair(chosen, bench, found, held, progress)
     if chosen.words is None:
         chosen, found = in_place_of_one_of_two(chosen, bench, found, held, progress)
-    nothing = found.judgement.verdict == "none"
-    anomalies = _anomalies(paper, chosen, found)
-    if nothing and anomalies:
-        found = found.astray()
+    found, anomalies = _off_the_shelf(paper, chosen, found)
     progress.stage("how far the gap shrinks", 1)
     first = _named(found)
     shrunk = _shrunk(chosen, held, found, first, seed)
@@ -132,21 +129,27 @@ def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquir
         if named is None:
             doubts = (refutation(first.keys, shrunk),)
             shrunk = left_open(shrunk)
+            found, anomalies = _off_the_shelf(paper, chosen, found)
         elif named is not first:
             shrunk = _shrunk(chosen, held, found, named, seed)
     progress.advance()
     return Inquiry(chosen, bench, held, found, named, shrunk, anomalies, doubts)
 
 
-def _anomalies(paper: Chosen, chosen: Chosen, found: Attribution) -> tuple[AbstractAnomaly, ...]:
-    """What is seen that no effect does, where nothing is named: what is named may leave as much under the
-    nominal model; and scatter that is no wandering where nothing seems to act."""
+def _off_the_shelf(
+    paper: Chosen, chosen: Chosen, found: Attribution
+) -> tuple[Attribution, tuple[AbstractAnomaly, ...]]:
+    """What is seen that no effect does, and the attribution with it. It is looked for where nothing is named,
+    for what is named may look so to the nominal model; scatter that is no wandering only where nothing seems
+    to act."""
     if found.judgement.named:
-        return ()
+        return found, ()
+    nothing = found.judgement.verdict == "none"
     seen: list[AbstractAnomaly | None] = [bursts(paper.model, paper.ground, paper.problem.period)]
-    if found.judgement.verdict == "none":
+    if nothing:
         seen.append(unrest(chosen.problem, chosen.model, found.nominal, chosen.ground.scatter))
-    return tuple(anomaly for anomaly in seen if anomaly is not None)
+    anomalies = tuple(anomaly for anomaly in seen if anomaly is not None)
+    return found.astray() if nothing and anomalies else found, anomalies
 
 
 def _named(found: Attribution) -> Explanation | None:

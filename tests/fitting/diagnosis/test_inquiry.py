@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis import diagnose as whole
+from fitting.diagnosis import inquiry as inquiries
 from fitting.diagnosis.constancy import Trend
 from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.inquiry import Inquiry, _fits
@@ -144,6 +145,34 @@ def test_other_runs_are_held_out_where_something_else_acts(monkeypatch, first, s
     assert found is (first if taken == "first" else second) and len(asked) == wanted
     asked.clear()
     assert whole._inquired(paper, ("run-1.csv",), DiagnosisSettings(), Silent()) is first
+
+
+@pytest.mark.parametrize(
+    ("verdict", "named", "bursting", "restless", "seen", "after"),
+    [
+        ("none", (), True, False, "bursts", "unlisted"),
+        ("none", (), False, True, "unrest", "unlisted"),
+        ("none", (), False, False, None, "none"),
+        ("unlisted", (), True, True, "bursts", "unlisted"),
+        ("effect", ("a",), True, True, None, "effect"),
+    ],
+)
+def test_what_no_effect_does_is_looked_for_where_nothing_is_named(
+    monkeypatch, verdict, named, bursting, restless, seen, after
+):
+    monkeypatch.setattr(inquiries, "bursts", lambda *_: "bursts" if bursting else None)
+    monkeypatch.setattr(inquiries, "unrest", lambda *_: "unrest" if restless else None)
+    anything: Any = SimpleNamespace(
+        model=None, ground=SimpleNamespace(scatter=None), problem=SimpleNamespace(period=1.0)
+    )
+
+    def judged(verdict: str) -> Any:
+        judgement = SimpleNamespace(verdict=verdict, named=named)
+        return SimpleNamespace(judgement=judgement, nominal=None, astray=lambda: judged("unlisted"))
+
+    found, anomalies = inquiries._off_the_shelf(anything, anything, judged(verdict))
+    assert found.judgement.verdict == after
+    assert anomalies == (() if seen is None else (seen,))
 
 
 def test_what_is_named_is_compared_with_what_has_no_more_effects_and_none_of_its_own():
