@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from fitting.diagnosis.screen import Screen, screen
 from fitting.diagnosis.steadiness import Levels, steadier
 from fitting.diagnosis.survey import Survey, aliases, freed
 from fitting.progress import Progress
+from jaxstick.effect import AbstractEffect
 
 PROMISING = 20.0
 """Where what one effect leaves passes for noise, a second is sought only if its score is so many times what
@@ -201,7 +202,7 @@ def _weighed(
             traces_left(model, first),
             {frozenset(e.keys): e.refit.misfit for e in found},
         ),
-        hidden=_of_friction(model) if bench.scatters else (),
+        hidden=_of_friction(model.shelf.effects) if bench.scatters else (),
     )
     against = Yardstick(without, floor, samples, inflation, bench.scatters, accounts, alike)
     made = Attribution(nominal, tuple(found), first, judgement, against)
@@ -215,9 +216,9 @@ def traces_left(model: Model, seen: Screen) -> dict[str, tuple[str, ...]]:
     return {key: traces if key in visible else () for key, traces in model.shelf.traces.items()}
 
 
-def _of_friction(model: Model) -> list[str]:
-    """The effects that change friction, which scatter of friction hides."""
-    return [key for key, effect in model.shelf.effects.items() if effect.card.family == "friction"]
+def _of_friction(effects: Mapping[str, type[AbstractEffect]]) -> tuple[str, ...]:
+    """Those of some effects that change friction."""
+    return tuple(key for key, effect in effects.items() if effect.card.family == "friction")
 
 
 def _told(bench: Bench, nominal: Refit, found: Sequence[Explanation]) -> list[float]:
@@ -260,7 +261,7 @@ def account(
             of_one_run += (len(runs) - 1) * float(np.var(own) / max(np.mean(own**2), 1e-300))
     steady = 0.0 if before is None else max(steadier(before, fit.levels, bench.run), 0.0)
     effects = {key: model.shelf.effects[key] for key in keys}
-    of_friction = tuple(key for key, effect in effects.items() if effect.card.family == "friction")
+    of_friction = _of_friction(effects)
     changing = tuple(key for key, effect in effects.items() if effect.changes)
     given = model.index(*(name for key in keys for name in model.shelf.shapes[key]))
     samples = float(bench.dof().sum())

@@ -83,12 +83,14 @@ def bursts(model: Model, base: Ground, period: float) -> Bursts | None:
         if not counted.any():
             continue
         seen += 1
-        above, level = _above(*(values[counted] for values in mine[:3]))
-        far = _far(above)
-        if far > 0:
-            high = above > FAR * robust_deviation(above)
-            found.append((high.mean(), np.median(above[high]) / level))
-        falls += far < 0
+        above = _above(*(values[counted] for values in mine[:3]))
+        if not len(above):
+            continue
+        limit = FAR * robust_deviation(above)
+        high, low = above > limit, above < -limit
+        if _mostly(high, low):
+            found.append((high.mean(), np.median(above[high])))
+        falls += _mostly(low, high)
     if len(found) - falls < FEWEST_RUNS or 2 * len(found) < seen:
         return None
     share, height = np.median(found, axis=0)
@@ -101,27 +103,21 @@ def _windowed(values: np.ndarray, size: int) -> np.ndarray:
     return values[:, : whole * size].reshape(len(values), whole, size)
 
 
-def _above(rise: np.ndarray, friction: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, float]:
-    """How far friction rises above what is usual in the windows (windows, samples) of fast sliding, and how
-    large it is there (median); none where these are few."""
+def _above(rise: np.ndarray, friction: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """How far friction rises above what is usual in the windows (windows, samples) of fast sliding, as a
+    share of what it is there (median); none where these are few."""
     speed = np.abs(velocity)
     fast = speed.min(axis=1) > FAST * np.sqrt(np.mean(velocity**2))
     if fast.sum() < FEWEST_WINDOWS:
-        return np.zeros(0), 0.0
+        return np.zeros(0)
     above = _above_usual(rise[fast].mean(axis=1), velocity[fast].mean(axis=1))
-    return above, float(np.median(friction[fast].mean(axis=1)))
+    return above / np.median(friction[fast].mean(axis=1))
 
 
-def _far(above: np.ndarray) -> int:
-    """Whether friction is now and then far above what is usual (1), or below (-1), in a run: often, and that
-    way rather than the other; else 0."""
-    if not len(above):
-        return 0
-    limit = FAR * robust_deviation(above)
-    high, low = float(np.mean(above > limit)), float(np.mean(above < -limit))
-    if max(high, low) <= OFTEN or max(high, low) < ONE_WAY * min(high, low):
-        return 0
-    return 1 if high > low else -1
+def _mostly(far: np.ndarray, other_way: np.ndarray) -> bool:
+    """Whether friction is far off one way often in the windows of a run, and that way rather than the
+    other."""
+    return bool(far.mean() > OFTEN and far.mean() >= ONE_WAY * other_way.mean())
 
 
 def _above_usual(rise: np.ndarray, velocity: np.ndarray) -> np.ndarray:

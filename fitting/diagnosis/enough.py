@@ -10,6 +10,9 @@ HINT = 0.1
 NOTHING = 0.001
 NOISE = 1.03
 """it leaves nothing to a second one below these."""
+NOISE_KNOWN = 0.05
+"""Chi-square per degree of freedom may lie so much above 1 because the noise is not known better: as little
+is no bias that tells of a wrong model, where effects are compared with none, nor of a second effect."""
 
 
 def suffices(nominal: float, alone: float) -> bool:

@@ -21,6 +21,7 @@ import numpy as np
 
 from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.credit import credited
+from fitting.diagnosis.enough import NOISE_KNOWN
 from fitting.diagnosis.findings import Verdict
 from fitting.diagnosis.lead import lead
 from fitting.diagnosis.one_class import Classes, shared
@@ -36,9 +37,6 @@ NESTED = 1.7
 both and tells them apart no less."""
 LEAST_INFLATION = 3.0
 """Scores vary at least so many times as much as white noise says: the integrator's own error sees to that."""
-NOISE_KNOWN = 0.05
-"""Chi-square per degree of freedom may lie so much above 1 because the noise is not known better: as little
-is no bias that tells of a wrong model, where effects are compared with none."""
 FLOOR = 0.1
 """How far above the noise the nominal model may stay where nothing else acts: the noise is estimated,
 and sensors and sampling have ways of their own. Of 396 sealed cases without an effect and without scatter one

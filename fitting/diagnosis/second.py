@@ -11,6 +11,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 
 from fitting.diagnosis.accounts import Account
+from fitting.diagnosis.enough import NOISE_KNOWN
 
 SHAPE = 0.015
 """The share of the excess that depends on the shape of an effect in any case: what two leave counts against
@@ -32,10 +33,10 @@ whatever stands in its place, is so many times as much: a wrong shape is mended 
 effect that acts only by itself. In 36 sealed cases with one effect no second one did so, in three of 24 with
 two the right one, which was not named for want of this; a contact of another shape left a twelfth above the
 noise, and friction at the guide mended most of that."""
-HARDLY, NOISE_KNOWN = 0.002, 0.05
+HARDLY = 0.002
 """What one effect leaves above the noise is no evidence for a second one where it is a smaller share of the
-excess, or less in any case: the noise is not known better. Of 1768 sealed cases two that had one effect and
-none that had two would be answered otherwise without that."""
+excess, or less than the noise is known to. Of 1768 sealed cases two that had one effect and
+none that had two would be answered otherwise without the latter."""
 
 
 @dataclasses.dataclass(frozen=True)
