@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fitting.diagnosis.accounts import Account, within_scatter
-from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.contacts import NOTABLE, carried, free_under
+from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.contacts import NOTABLE, carried
 from fitting.diagnosis.credit import NEARLY_BEST
 from fitting.diagnosis.enough import hints, is_nothing_but_noise, leaves_nothing, passes_for_noise
 from fitting.diagnosis.explanation import Explanation, best_of
@@ -146,8 +146,7 @@ def attribute(
 def on_another_contact(model: Model, bench: Bench, found: Attribution, other: Model) -> Attribution:
     """The best explanations and the nominal model fitted once more under another contact, weighed there."""
     fits = found.nominal, *(e.refit for e in found.leading)
-    points = [carried(fit.point, model, other) for fit in fits]
-    nominal, best = _again(other, bench, found, points, [free_under(fit, model, other) for fit in fits])
+    nominal, best = _again(other, bench, found, [carried(fit, model, other) for fit in fits])
     floor = min(found.floor, floor_of(other, bench, [nominal]))
     return _weighed(other, bench, nominal, best, found.screen, found.inflation, floor)
 
@@ -156,7 +155,7 @@ def on_another_bench(model: Model, bench: Bench, found: Attribution) -> Attribut
     """The best explanations and the nominal model fitted once more to the same lanes weighed otherwise, and
     judged by that."""
     fits = found.nominal, *(e.refit for e in found.leading)
-    nominal, best = _again(model, bench, found, [fit.point for fit in fits], [fit.free for fit in fits])
+    nominal, best = _again(model, bench, found, fits)
     leader = min(best, key=lambda e: e.refit.misfit).refit
     around = screen(model, bench, leader, own_group=True, shapes=[])
     floor = floor_of(model, bench, [nominal, leader])
@@ -164,10 +163,10 @@ def on_another_bench(model: Model, bench: Bench, found: Attribution) -> Attribut
 
 
 def _again(
-    model: Model, bench: Bench, found: Attribution, points: Sequence[Point], frees: Sequence[np.ndarray]
+    model: Model, bench: Bench, found: Attribution, begun: Sequence[Refit]
 ) -> tuple[Refit, list[Explanation]]:
-    """The nominal model and the leading explanations, fitted once more from these points on."""
-    fits = refit(model, bench, points, frees)
+    """The nominal model and the leading explanations, fitted once more from where these have begun."""
+    fits = refit(model, bench, [fit.point for fit in begun], [fit.free for fit in begun])
     nominal, *others = model.side_by_side(lambda fit: released(model, bench, fit), fits)
     return nominal, [dataclasses.replace(e, refit=fit) for e, fit in zip(found.leading, others, strict=True)]
 

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.ground import Ground
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit, within_columns
@@ -106,8 +106,8 @@ def choose_contact(
         )
         other = dataclasses.replace(problem, hypothesis=hypothesis)
         its = Model(other, model.workers)
-        points = [carried(fit.point, model, its) for fit in before]
-        found = refit(its, bench, points, [free_under(fit, model, its) for fit in before], iterations=STEPS)
+        begun = [carried(fit, model, its) for fit in before]
+        found = refit(its, bench, [fit.point for fit in begun], [fit.free for fit in begun], iterations=STEPS)
         pairs = list(zip(found, before, strict=True))
         one, same = min(pairs, key=lambda pair: _typical(pair[0]))
         if _ratio(one, same) < HOPEFUL:
@@ -144,16 +144,17 @@ def _left(fit: Refit, paper: Refit, floor: float) -> float:
     return (fit.misfit - floor) / excess if excess > NOTABLE * floor else 1.0
 
 
-def carried(point: Point, model: Model, other: Model) -> Point:
-    """A point of one model as one of another; what only the other has is at its typical value."""
+def carried(fit: Refit, model: Model, other: Model) -> Refit:
+    """Where a refit under one model would begin under another: what only the other has is at its typical
+    value, and no more effects are attached than the fit has, for programs are new there. Free is what is so
+    there under every hypothesis, and the unknowns of the fit's effects, as many as the program has columns
+    for. Cost and misfit are still those under the first."""
     coordinates = other.origin({})
     shared = [name for name in model.names if name in other.names]
-    coordinates[other.index(*shared)] = point.coordinates[model.index(*shared)]
-    return dataclasses.replace(point, coordinates=coordinates)
-
-
-def free_under(fit: Refit, model: Model, other: Model) -> np.ndarray:
-    """What is free under the other model: what is free there under every hypothesis, and the unknowns of the
-    fit's effects, as many as the program has columns for."""
+    coordinates[other.index(*shared)] = fit.point.coordinates[model.index(*shared)]
+    attached = other.together(model.free_effects(fit.free))
     own = [model.names[i] for i in fit.free if model.names[i] not in model.common]
-    return within_columns(other, other.nuisances(), other.index(*own))
+    free = within_columns(other, other.nuisances(), other.index(*own))
+    return dataclasses.replace(
+        fit, point=dataclasses.replace(fit.point, coordinates=coordinates, keys=attached), free=free
+    )

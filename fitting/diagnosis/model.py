@@ -8,7 +8,7 @@ import contextlib
 import dataclasses
 import math
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple, TypeVar
 
@@ -30,6 +30,8 @@ from jaxstick.parameter import Place, find, parameters
 
 GROUP = 8
 """So many effects at most share a program: the more, the fewer programs, and the longer each takes to run."""
+FEW = 5
+"""So many effects are compiled sooner, and run faster, by themselves than with the whole shelf."""
 PACK = 16
 """So many lanes go through a program together: with more, small data sets fill packs with lanes that do not
 count; with fewer, all take longer."""
@@ -162,10 +164,28 @@ class Model:
             for part in np.array_split(np.array(keys), -(-len(keys) // GROUP))
         ]
 
-    def together(self, keys: Sequence[str], *more: str) -> tuple[str, ...]:
-        """Effects attached together: with each its whole group, in one order, so that few programs serve."""
-        wanted = {*keys, *more}
-        return tuple(key for group in self.groups() if wanted & set(group) for key in group)
+    def whole(self) -> tuple[str, ...]:
+        """The whole shelf, in the order of its groups."""
+        return tuple(key for group in self.groups() for key in group)
+
+    def together(self, keys: Collection[str]) -> tuple[str, ...]:
+        """These effects and no others attached, each once and in one order, so that one program serves."""
+        return tuple(key for key in self.whole() if key in keys)
+
+    def attached(self, keys: Sequence[str]) -> tuple[str, ...]:
+        """What is attached where these effects are fitted: a single one comes with its group, whose program
+        serves the screening, too; several come alone, for a program of two effects is compiled soon, and runs
+        several times as fast as one of two groups."""
+        alone = self.together(keys)
+        return next(group for group in self.groups() if keys[0] in group) if len(alone) == 1 else alone
+
+    def showing(self, wanted: Collection[str], present: Collection[str]) -> tuple[str, ...]:
+        """What is attached to see what effects would do beside those that are `present`: their group where
+        all belong to one, no more than these where they are few, and else the whole shelf, for one program
+        that shows everything beside anything is compiled sooner than many that show a few."""
+        both = self.together([*wanted, *present])
+        among = next((group for group in self.groups() if {*both} <= {*group}), None)
+        return both if {*wanted} <= {*present} else among or (both if len(both) <= FEW else self.whole())
 
     def effect(self, key: str) -> AbstractEffect:
         """An effect of the shelf at null."""

@@ -12,7 +12,6 @@ from fitting.diagnosis.contacts import (
     carried,
     choose_contact,
     concerns_contact,
-    free_under,
 )
 from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.model import Model
@@ -61,11 +60,7 @@ def _worth(without: float, best: float) -> float:
 
 def _moved(found: Explanation, model: Model, other: Model) -> Explanation:
     """An explanation where it would begin under another contact; its misfit is still that under the first."""
-    fit = found.refit
-    begins = dataclasses.replace(
-        fit, point=carried(fit.point, model, other), free=free_under(fit, model, other)
-    )
-    return dataclasses.replace(found, refit=begins)
+    return dataclasses.replace(found, refit=carried(found.refit, model, other))
 
 
 def in_place_of_one_of_two(

@@ -65,7 +65,7 @@ class Refit:
         """Where a refit without some of its effects begins: these at null and not free. Costs and misfit are
         still those with them."""
         free = self.free[~np.isin(self.free, np.concatenate([model.of(key) for key in keys]))]
-        attached = model.together(model.free_effects(free))
+        attached = model.attached(model.free_effects(free))
         point = dataclasses.replace(self.point.without(model, keys), keys=attached)
         return dataclasses.replace(self, point=point, free=free)
 

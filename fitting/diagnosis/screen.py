@@ -119,12 +119,14 @@ def screen(
 ) -> Screen:
     """Screens every effect that is not part of the fitted hypothesis yet, or `only` such of these, in its
     usual shape and in `shapes`, or in the most promising ones where these are not given; where `own_group`,
-    only those that are attached to it already, which needs no further program.
+    only those of the groups of what is attached to it, for which there are programs already.
 
     `instead_of`: an effect of the hypothesis that its free unknowns do not count; what it does, to first
     order, is added to what the others have to explain."""
     present = model.free_effects(at.free)
-    among = [group for group in model.groups() if not own_group or set(group) <= set(at.point.keys)]
+    among = [group for group in model.groups() if not own_group or {*at.point.keys} & {*group}]
+    if at.point.keys:
+        among = [tuple(key for group in among for key in group)]
     wanted = {*(model.shelf.effects if only is None else only)} - {*present}
     groups = [tuple(key for key in group if key in wanted) for group in among]
     groups = [group for group in groups if group]

@@ -144,9 +144,12 @@ def second_look(
     if not mates and not others:
         return []
     bare = best.refit.stripped(model, [key])
-    at = dataclasses.replace(best.refit, free=bare.free)
-    seen = [p for p in screen(model, bench, at, shapes=shapes, instead_of=key).promises if p.key in new]
-    promises = sorted(seen, key=lambda promise: promise.key not in mates)[: len(mates) + others]
+    only = {key, *(new if others else mates)}
+    there = dataclasses.replace(best.refit.point, keys=model.showing(only, best.keys))
+    at = dataclasses.replace(best.refit, point=there, free=bare.free)
+    seen = screen(model, bench, at, only=only, shapes=shapes, instead_of=key).promises
+    promises = [promise for promise in seen if promise.key != key]
+    promises = sorted(promises, key=lambda promise: promise.key not in mates)[: len(mates) + others]
     tried = contest(model, bench, bare, promises, OVERLOOKED, progress, FROM_NEARBY)
 
     def looked_after(e: Explanation) -> Explanation:

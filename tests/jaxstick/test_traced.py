@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -103,3 +104,19 @@ def test_a_folder_that_cannot_be_written_is_done_without(folder):
     jax.config.update("jax_compilation_cache_dir", str(folder / "missing"))
     assert right(Traced(counted()[0], {}))
     assert not kept(folder)
+
+
+@pytest.mark.parametrize("collects", [True, False])
+def test_garbage_is_looked_for_afterwards_as_before(folder, collects):
+    seen = []
+
+    def function(contact: LoadedContact, point: jax.Array) -> jax.Array:
+        seen.append(gc.isenabled())
+        return contact.k1 * point
+
+    try:
+        gc.enable() if collects else gc.disable()
+        Traced(function, {})(LoadedContact(3.0), POINT)
+        assert gc.isenabled() is collects and not any(seen)
+    finally:
+        gc.enable()

@@ -115,5 +115,6 @@ def test_the_contact_of_the_paper_is_kept_where_it_fits():
     model, base, (nominal,), chosen = looked_at(None)
     assert chosen.words is None and chosen.model is model and chosen.ground is base
     assert nominal.misfit < 1.2
-    same = carried(base.point, model, model)
-    assert same.coordinates == pytest.approx(base.point.coordinates, abs=1e-9)
+    same = carried(nominal, model, model)
+    assert same.point.coordinates == pytest.approx(nominal.point.coordinates, abs=1e-9)
+    assert list(same.free) == list(nominal.free) and same.point.keys == ()

@@ -83,3 +83,17 @@ def test_one_core_has_no_time_for_that(laid, asked, monkeypatch):
     with model.ahead(bench.lanes, model.groups()):
         pass
     assert asked.empty()
+
+
+def test_no_more_is_attached_than_is_fitted_or_looked_at(laid):
+    """One effect comes with the group that it was screened in, two come alone; many are looked at beside
+    others with the whole shelf attached, a few without."""
+    model, _ = laid
+    first, second = model.groups()[:2]
+    assert model.attached(first[:1]) == first and model.attached(()) == ()
+    two = (second[0], first[0])
+    assert model.attached(two) == model.together(two) == (first[0], second[0])
+    assert model.showing(first[1:], first[:1]) == first
+    assert model.showing(second[:1], two) == model.together(two)
+    assert model.showing(second[1:2], two) == (first[0], *second[:2])
+    assert model.showing(second, first[:1]) == model.whole() == tuple(k for g in model.groups() for k in g)
