@@ -75,6 +75,7 @@ def outright(
     """The promises of the nominal model refitted, the best of them to the end, from sizes that are no longer
     small, of either sign where they may have it: play, a stop or a clipped peak does next to nothing at null,
     and the lack of a strong effect may have led the nominal model where none is of help."""
+    promises = [promise for promise in promises if promise.can_be_seen or model.may_show(promise.key)]
     few = bench.spread(HEAT_LANES)
     heat, bare = bench.take(few), nominal.point.take(few)
     progress.stage("effects refitted outright", 1)

@@ -138,6 +138,7 @@ class Model:
             members += own
         traces = {key: effect.traces_seen(problem.friction_recorded) for key, effect in shelf.items()}
         self.shelf = Shelf(shelf, strengths, shapes, traces)
+        self._friction_recorded = problem.friction_recorded
         self.parts = frozenset(parts)
         self.members = tuple(members)
         self.names = tuple(unknown.name for unknown in members)
@@ -219,6 +220,11 @@ class Model:
     def two_sided(self, numbers: np.ndarray) -> np.ndarray:
         """Which of these strengths may have either sign."""
         return self.lower[numbers] < 0
+
+    def may_show(self, key: str) -> bool:
+        """Whether an effect that shows nothing at null may do so at some size: any but a fault of the
+        measuring chain where no friction force was recorded, for then it is the force's."""
+        return self._friction_recorded or self.shelf.effects[key].card.family != "measurement"
 
     def lasts(self, key: str) -> bool:
         """Whether the strength of an effect is a time."""

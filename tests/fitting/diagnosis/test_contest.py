@@ -140,6 +140,15 @@ def test_an_effect_that_shows_nothing_at_null_is_tried_outright():
     assert width == pytest.approx(0.3 * TRUTH["C"], rel=0.1)
 
 
+def test_a_fault_of_a_sensor_that_was_not_there_is_not_tried_outright():
+    runs = [dataclasses.replace(run, friction=None) for run in noisy_runs({0.9: {}, 2.1: {}}, 6)]
+    model, bench = laid_out(dataset(*runs))
+    nominal = from_the_truth(model, bench, model.together((PLAY,)), model.origin(TRUTH))
+    promises = screen(model, bench, nominal, own_group=True, shapes=[]).promises
+    faults = [promise for promise in promises if promise.key in (PLAY, "force_lowpass")]
+    assert len(faults) == 2 and outright(model, bench, nominal, faults, 2, Silent()) == []
+
+
 def test_an_effect_of_either_sign_is_tried_outright_with_both():
     uneven = {UNEVEN: AsymmetricFriction(-DRY, 0.0)}
     model, bench = laid_out(dataset(*noisy_runs({0.9: uneven, 2.1: uneven}, 7)))
