@@ -37,6 +37,10 @@ HARDLY = 0.002
 """What one effect leaves above the noise is no evidence for a second one where it is a smaller share of the
 excess, or less than the noise is known to. Of 1768 sealed cases two that had one effect and
 none that had two would be answered otherwise without the latter."""
+ALL_BUT, MOST = 0.1, 0.5
+"""It is evidence where two leave no more than the former share of it, and the latter is left without this
+second effect, whatever stands in its place. Of the same cases two that had two effects, and none with one,
+are answered otherwise for that; the same for 0.3 and 0.7."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -68,8 +72,10 @@ class Alone:
 
     def makes_needless(self, two: Account) -> bool:
         """Whether one effect does so well that two are no evidence for a second."""
-        if self.best < 1 + max(HARDLY * self._excess, NOISE_KNOWN):
+        if self.best < 1 + NOISE_KNOWN:
             return True
+        if self.best < 1 + HARDLY * self._excess:
+            return two.misfit > 1 + ALL_BUT * self._left or not self._without(two) > 1 + MOST * self._left
         shape = max(OTHER_SHAPE * self._excess, min(OTHER_SHAPE_OF_LITTLE * self._excess, LITTLE))
         if self.best >= 1 + shape:
             return False
@@ -79,12 +85,14 @@ class Alone:
 
     def _stands_apart(self, two: Account) -> bool:
         """Whether far more is left without the second of two, whatever was tried in its place."""
+        return self._left >= NOT_LITTLE and self._without(two) - 1 > APART * (two.misfit - 1)
+
+    def _without(self, two: Account) -> float:
+        """What is left without the second of two, whatever was tried in its place; 0 where nothing was."""
         second = max(two.keys, key=lambda key: self.misfits.get(key, math.inf))
         without = {second, *self.same.get(second, ())}
         others = [misfit for keys, misfit in self.together.items() if not keys & without]
-        if not others or self._left < NOT_LITTLE:
-            return False
-        return min([self.best, *others]) - 1 > APART * (two.misfit - 1)
+        return min([self.best, *others]) if others else 0.0
 
     @property
     def _excess(self) -> float:

@@ -333,6 +333,17 @@ def test_a_small_second_effect_is_named_where_it_takes_nearly_all_that_is_left()
 
 
 @pytest.mark.parametrize(
+    ("two", "another", "verdict"), [(1.004, 1.08, "several"), (1.03, 1.08, "effect"), (1.004, 1.03, "effect")]
+)
+def test_beside_a_very_strong_effect_a_second_is_named_that_takes_all_that_is_left_and_none_else_does(
+    two, another, verdict
+):
+    pairs = [both(two), Account((SHELF[0], SHELF[2]), another, 2)]
+    found = judge(200.0, [account(0, 1.09), account(1, 199.0), *pairs], SAMPLES, 1.5, SHELF)
+    assert found.verdict == verdict
+
+
+@pytest.mark.parametrize(
     ("others", "same", "verdict"),
     [
         ([1.33, 1.4], (), "several"),
