@@ -1,4 +1,5 @@
-"""How jax compiles for the command: what it keeps between two calls, and options of the whole process."""
+"""How jax compiles for the command: what for, what it keeps between two calls, and options of the whole
+process."""
 
 import os
 from pathlib import Path
@@ -30,6 +31,13 @@ def keep_compiled() -> None:
         return
     os.environ["JAX_COMPILATION_CACHE_DIR"] = str(folder)
     os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
+
+
+def compute_on_cpu() -> None:
+    """Tells jax, which must not have been imported yet, to compute on the CPU where it could use a graphics
+    processor, too: a motion is one short step after another, of few lanes, for which the latter takes several
+    times as long. What JAX_PLATFORMS says already stands."""
+    os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
 
 def compile_for_few_lanes() -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 
 import pytest
 
 from jaxstick import compilation_cache
-from jaxstick.compilation_cache import keep_compiled
+from jaxstick.compilation_cache import compute_on_cpu, keep_compiled
 
 FOLDER = "JAX_COMPILATION_CACHE_DIR"
 
@@ -19,6 +21,30 @@ def clean(monkeypatch, tmp_path):
         monkeypatch.setenv(name, "")
         monkeypatch.delenv(name)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+@pytest.mark.parametrize(("said", "then"), [(None, "cpu"), ("cuda", "cuda")])
+def test_the_cpu_computes_unless_the_user_says_otherwise(monkeypatch, said, then):
+    monkeypatch.setenv("JAX_PLATFORMS", said or "")
+    if said is None:
+        monkeypatch.delenv("JAX_PLATFORMS")
+    compute_on_cpu()
+    assert os.environ["JAX_PLATFORMS"] == then
+
+
+@pytest.mark.parametrize("module", ["jaxstick", "fitting"])
+def test_so_do_the_commands(module):
+    """The process ends where a command would begin, and says what it would compute on."""
+    code = (
+        "import os, sys, click\n"
+        "said = lambda *_, **__: print(os.environ.get('JAX_PLATFORMS'), 'jax' in sys.modules)\n"
+        "click.Group.__call__ = said\n"
+        f"from {module}.cli import main\n"
+        "main()"
+    )
+    bare = {name: value for name, value in os.environ.items() if name != "JAX_PLATFORMS"}
+    said = subprocess.run([sys.executable, "-c", code], env=bare, capture_output=True, text=True, check=True)
+    assert said.stdout.split() == ["cpu", "False"]
 
 
 def test_a_folder_of_this_user(tmp_path):
