@@ -53,8 +53,9 @@ def _beside(model: Model, bench: Bench, base: Refit, progress: Progress) -> list
     keys = [key for key, effect in effects.items() if effect.changes and effect.card.family == "friction"]
     if not keys or not wanders(base) or {*model.free_effects(base.free)} & {*keys}:
         return []
-    narrow = dataclasses.replace(base.point, widths=NARROWER * base.point.widths)
-    seen = screen(model, bench, dataclasses.replace(base, point=narrow), only=keys)
+    at = base.showing(model, keys)
+    narrow = dataclasses.replace(at.point, widths=NARROWER * at.point.widths)
+    seen = screen(model, bench, dataclasses.replace(at, point=narrow), only=keys)
     promises = [promise for promise in seen.promises if promise.standing > PROMISING]
     if not promises:
         return []

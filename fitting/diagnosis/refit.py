@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -60,6 +60,11 @@ class Refit:
     def typical(self, bench: Bench) -> float:
         """What it leaves of a typical lane, as a misfit."""
         return self.price(bench) * float(np.median(self.cost / bench.dof()))
+
+    def showing(self, model: Model, wanted: Collection[str]) -> Refit:
+        """The same, with attached what shows what these effects would do beside its own."""
+        attached = model.showing(wanted, model.free_effects(self.free))
+        return dataclasses.replace(self, point=dataclasses.replace(self.point, keys=attached))
 
     def stripped(self, model: Model, keys: Sequence[str]) -> Refit:
         """Where a refit without some of its effects begins: these at null and not free. Costs and misfit are

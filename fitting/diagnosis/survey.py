@@ -145,8 +145,7 @@ def second_look(
         return []
     bare = best.refit.stripped(model, [key])
     only = {key, *(new if others else mates)}
-    there = dataclasses.replace(best.refit.point, keys=model.showing(only, best.keys))
-    at = dataclasses.replace(best.refit, point=there, free=bare.free)
+    at = dataclasses.replace(best.refit.showing(model, only), free=bare.free)
     seen = screen(model, bench, at, only=only, shapes=shapes, instead_of=key).promises
     promises = [promise for promise in seen if promise.key != key]
     promises = sorted(promises, key=lambda promise: promise.key not in mates)[: len(mates) + others]
