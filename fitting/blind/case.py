@@ -44,12 +44,14 @@ class Assignment:
 @dataclass(frozen=True)
 class Settings:
     """What all cases of a set have in common: where their random numbers come from, how much is recorded,
-    how strong effects are ("strong" or "weak")."""
+    how strong effects are ("strong" or "weak"), and how strong faults put on given records, where not so:
+    from how many to how many times the noise of a channel."""
 
     family: str
     seed: int
     size: Size
     strength: str = "strong"
+    spike_times: tuple[float, float] | None = None
 
 
 def assignments(

@@ -87,6 +87,7 @@ def make_cases(
         "kinds": list(kinds),
         "tiers": list(tiers),
         "spike_on": [source.name for source in sources],
+        **({} if settings.spike_times is None else {"spike_times": list(settings.spike_times)}),
     }
     journal = Journal(out, key, plan)
     tasks = _tasks(count, settings, kinds, tiers, sources)
@@ -204,6 +205,13 @@ def make_one(task: Task, settings: Settings, sources: tuple[Source, ...], out: P
         return {"failure": f"{type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})"}
 
 
-def settings_of(family: str, seed: int, runs: int, samples: int, strength: str) -> Settings:
+def settings_of(
+    family: str,
+    seed: int,
+    runs: int,
+    samples: int,
+    strength: str,
+    spike_times: tuple[float, float] | None = None,
+) -> Settings:
     """The settings of a set from plain words and numbers."""
-    return Settings(family, seed, Size(runs, samples), strength)
+    return Settings(family, seed, Size(runs, samples), strength, spike_times)

@@ -110,7 +110,8 @@ def spiked_case(
     """Writes the data set with the spike on it (None: as it is) and returns the answer.
 
     Every case on this source has files of the same form; a spiked channel is rounded as the record was. The
-    spike's size is such that what it changes is 3 to 30 times the channel's noise (1/2 to 8 in weak sets).
+    spike's size is such that what it changes is 3 to 30 times the channel's noise (1/2 to 8 in weak sets), or
+    as the settings have it: records whose own effects open a larger gap show no smaller fault.
     """
     random = stream(settings.family, settings.seed, "spike", number)
     signals = [_signals(table) for table in source.tables.values()]
@@ -133,7 +134,9 @@ def spiked_case(
         effect = formulation(*spike)
         scales = _scales(source, signals)
         shape = effect.shape(scales, random)
-        wanted = between(random, *(STRONG if settings.strength == "strong" else WEAK))
+        wanted = between(
+            random, *(settings.spike_times or (STRONG if settings.strength == "strong" else WEAK))
+        )
         sign = -1.0 if effect.signed and random.random() < 0.5 else 1.0
         strength = effect.typical(scales)
         opened = 0.0

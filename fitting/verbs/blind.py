@@ -114,6 +114,13 @@ def blind() -> None:
     help="Put known faults on these records instead (tier D).",
 )
 @click.option(
+    "--spike-times",
+    nargs=2,
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="LOW HIGH",
+    help="How many times a channel's noise these change it by (3 30; 0.5 8 where weak).",
+)
+@click.option(
     "--key-file",
     metavar="FILE",
     type=click.Path(path_type=Path),
@@ -131,6 +138,7 @@ def make(
     runs: int,
     samples: int,
     spike_on: tuple[Path, ...],
+    spike_times: tuple[float, float] | None,
     key_file: Path | None,
     workers: int | None,
     terminal: Terminal,
@@ -141,11 +149,16 @@ def make(
     stopped is taken up again by the same options, with the same key in the key file. Ends with 1 if a case
     failed.
     """
+    if spike_times is not None and not (spike_on and spike_times[0] <= spike_times[1]):
+        low, high = spike_times
+        raise UserError(
+            f"--spike-times {low:g} {high:g}: expected are a lower and an upper number, and --spike-on."
+        )
     key = _key(key_file, out)
     if key_file is None:
         click.echo(f"The key is {key}", err=True)
     bar = ProgressBar(terminal.progress_console())
-    settings = settings_of(family, terminal.seed, runs, samples, strength)
+    settings = settings_of(family, terminal.seed, runs, samples, strength, spike_times)
     choices = {"kinds": kinds, "tiers": tiers, "spike_on": spike_on, "workers": workers}
     try:
         with bar as progress:

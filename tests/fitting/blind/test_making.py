@@ -103,6 +103,18 @@ def test_spikes_on_given_records(tmp_path):
         make(tmp_path / "more", key, spike_on=[tmp_path])
 
 
+def test_faults_are_as_large_as_is_asked_for(tmp_path):
+    key, large = new_key(), replace(SETTINGS, spike_times=(40.0, 60.0))
+    source = tmp_path / "motion-alone"
+    stated = load_dataset(RIG1987)
+    save_dataset(replace(stated, runs=tuple(replace(run, friction=None) for run in stated.runs)), source)
+    made = make_cases(tmp_path / "cases", 6, large, key, Silent(), workers=1, spike_on=[source])
+    assert made.failed == {}
+    answers = open_seal(tmp_path / "cases", key).answers.values()
+    sizes = [answer["gap_ratio"] for answer in answers if answer["truth"] != ["none"]]
+    assert len(sizes) == 4 and all(36 < size < 66 for size in sizes)
+
+
 def test_no_fault_is_put_on_a_channel_that_was_not_recorded(tmp_path):
     """Where there is no friction force, the displacement alone may be spiked."""
     source = tmp_path / "motion-alone"
@@ -140,6 +152,9 @@ def test_the_command_makes_and_seals(tmp_path, capsys):
     assert code == 2 and "may not lie in the folder" in err
     code, _, err = run_command(capsys, *words, "--kind", "double")
     assert code == 2 and "'double' is none of" in err
+    for sizes in (("9", "3", "--spike-on", str(RIG1987)), ("3", "9")):
+        code, _, err = run_command(capsys, *words, "--spike-times", *sizes)
+        assert code == 2 and f"--spike-times {sizes[0]} {sizes[1]}: expected" in err
 
 
 def test_another_purpose_makes_other_cases(tmp_path):
