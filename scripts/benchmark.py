@@ -6,8 +6,8 @@ the event-driven reference by at most 1e-4 of the stroke (root mean square over 
 difference); diffrax's Tsit5 solves the smooth contact, and its error is the one from that contact's own
 solution. Times are minima of rounds in which all solvers take turns: the processor's time where one
 core works, so that a busy machine does not count, the wall's clock where all of them do. Compilation does not
-count. What a diagnosis spends its time on, lanes of real length linearised with a group of effects attached,
-is set against the same without any.
+count. What a diagnosis spends its time on, lanes of real length linearised with two effects, with a group of
+them or the whole shelf attached, is set against the same without any.
 
     python -m scripts.benchmark [--quick] [--json]
 """
@@ -108,11 +108,11 @@ def tables(figures: dict[str, Any]) -> list[Table]:
         )
     effects = Table(title="a lane of a diagnosis linearised, one core")
     effects.add_column("effects attached")
-    for head in ("time", "x nominal"):
+    for head in ("time", "x nominal", "compiled in"):
         effects.add_column(head, justify="right")
     for row in figures["linearised"]:
         attached = ", ".join(row["effects"]) or "none"
-        effects.add_row(attached, _time(row["seconds"]), f"{row['nominal']:.2f}")
+        effects.add_row(attached, _time(row["seconds"]), f"{row['nominal']:.2f}", f"{row['compiled']:.1f} s")
     return [against, own, effects]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -26,20 +27,35 @@ SUBSTEPS = 16
 
 class Linearised(NamedTuple):
     """The effects attached, none for the nominal model; the processor's time for the states and the Jacobian
-    of a lane by what it has of its own, the constants and the strengths of these effects [s]."""
+    of a lane by what it has of its own, the constants and the strengths of these effects [s]; and how long it
+    takes until the program is there, traced and compiled [s]."""
 
     effects: tuple[str, ...]
     seconds: float
+    compiled: float
 
 
 def linearised(repeats: int, groups: int | None = None) -> list[Linearised]:
-    """Times on one core, the nominal model first, then every group of effects that shares a program, or so
-    many of them."""
+    """Times on one core: the nominal model, two effects as a refit has them, every group of effects that
+    shares a program, or so many of them, and the whole shelf unless only so many groups are asked for."""
     model, bench, point = _laid_out()
-    attached = [(), *model.groups()[:groups]]
+    first, second, *_ = model.groups()
+    two = model.attached((first[0], second[0]))
+    attached = [(), two, *model.groups()[:groups], *([model.whole()] if groups is None else [])]
     candidates = {"+".join(keys): _linearisation(model, bench, point, keys) for keys in attached}
+    begun = {name: _duration(candidate) for name, candidate in candidates.items()}
     times = fastest(candidates, repeats)
-    return [Linearised(keys, times["+".join(keys)].processor / len(bench.lanes)) for keys in attached]
+    names = ["+".join(keys) for keys in attached]
+    return [
+        Linearised(keys, times[name].processor / len(bench.lanes), begun[name] - times[name].wall)
+        for keys, name in zip(attached, names, strict=True)
+    ]
+
+
+def _duration(function: Callable[[], object]) -> float:
+    start = time.perf_counter()
+    function()
+    return time.perf_counter() - start
 
 
 def _laid_out() -> tuple[Model, Bench, Point]:

@@ -80,9 +80,11 @@ def test_quick_run_prints_every_figure(monkeypatch: pytest.MonkeyPatch) -> None:
         assert row["one_core"] > 0
     assert [row["lanes"] for row in figures["growth"]] == [1, 16, 24]
     assert all(row["jacobian_in_simulations"] > 0 for row in figures["growth"])
-    alone, attached = figures["linearised"]
+    alone, *attached = figures["linearised"]
     assert alone["effects"] == [] and alone["nominal"] == 1.0 and alone["seconds"] > 0
-    assert attached["effects"] and attached["nominal"] > 0
+    two, group = (row["effects"] for row in attached)
+    assert len(two) == 2 < len(group) and all(row["nominal"] > 0 for row in attached)
+    assert all(row["compiled"] > 0 for row in figures["linearised"])
     assert len(benchmark.tables(figures)) == 3
 
 
