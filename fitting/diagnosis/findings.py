@@ -145,7 +145,8 @@ class Closure:
     same share for an effect of no meaning; wrong: for the best effect that was not named; gain: the mean
     logarithm of how many times less a segment costs with the named effects, which few segments do not decide;
     steadier: the logarithm of how much likelier they make the levels of friction from segment to segment,
-    negative where these are less likely with them.
+    negative where these are less likely with them; rival: the same of what comes nearest to the named effects
+    and shares one with them, None for no such.
     """
 
     before: float
@@ -160,6 +161,7 @@ class Closure:
     by_segments: bool
     gain: float = 0.0
     steadier: float = 0.0
+    rival: float | None = None
 
 
 class Plan(NamedTuple):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 from fitting.diagnosis.anomaly import AbstractAnomaly
 from fitting.diagnosis.attribute import Attribution, attribute
@@ -124,7 +125,7 @@ def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquir
     shrunk = _shrunk(chosen, held, found, first, seed)
     named, doubts = first, ()
     if first is not None:
-        found = dataclasses.replace(found, judgement=confirmed(found, first, shrunk))
+        found = dataclasses.replace(found, judgement=confirmed(found, first, shrunk, _rival(found, first)))
         named = _named(found)
         if named is None:
             doubts = (refutation(first.keys, shrunk),)
@@ -158,15 +159,28 @@ def _named(found: Attribution) -> Explanation | None:
     return next(e for e in found.explanations if set(e.keys) == taken) if taken else None
 
 
-def confirmed(found: Attribution, named: Explanation, shrunk: Closure) -> Judgement:
-    """The judgement once runs that took no part have spoken for or against what is named.
+def _rival(found: Attribution, named: Explanation) -> Explanation | None:
+    """The likeliest of the other explanations that share an effect with what is named, and are credited with
+    steadier friction: none is told from it by anything else as little as these are."""
+    judged = found.judgement
+    others = [e for e in found.explanations if {*e.keys} & {*named.keys} and e.keys != named.keys]
+    others = [e for e in others if judged.steadier.get(e.keys, 0.0) > 0]
+    return max(others, key=lambda e: judged.explanations["+".join(e.keys)], default=None)
+
+
+def confirmed(
+    found: Attribution, named: Explanation, shrunk: Closure, rival: Explanation | None = None
+) -> Judgement:
+    """The judgement once runs that took no part have spoken for or against what is named, and a rival that
+    shares an effect with it.
 
     An effect that is named since it makes friction steadier, where there is no gap, explains what runs show
     that took no part, too, if it explains anything; but what closes a gap there need not make friction
     steadier as well.
     """
-    steadier = max(shrunk.steadier, 0.0) if closes(shrunk) else shrunk.steadier
-    judgement = weighed_again(found.judgement, named.keys, steadier)
+    least = 0.0 if closes(shrunk) else -math.inf
+    others = {} if rival is None or shrunk.rival is None else {rival.keys: max(shrunk.rival, least)}
+    judgement = weighed_again(found.judgement, named.keys, max(shrunk.steadier, least), others)
     if not judgement.named:
         return judgement
     if steadies(shrunk, judgement.steadier[named.keys]):
@@ -186,11 +200,13 @@ def _shrunk(chosen: Chosen, held: Split, found: Attribution, named: Explanation 
 
 
 def _fits(found: Attribution, named: Explanation | None) -> dict[str, Refit]:
-    """The fits whose gaps are compared on what was held out: those of the nominal model and of what is named,
-    and, of what shares no effect with that and has no more, the best and the worst."""
+    """The fits whose gaps are compared on what was held out: those of the nominal model, of what is named and
+    of its rival, and, of what shares no effect with that and has no more, the best and the worst."""
     if named is None:
         return {"nominal": found.nominal, "named": found.nominal}
     fits = {"nominal": found.nominal, "named": named.refit}
+    if (rival := _rival(found, named)) is not None:
+        fits["rival"] = rival.refit
     mentioned, most = set(found.judgement.named), len(named.keys)
     wrong = [e for e in found.explanations if not mentioned & set(e.keys) and len(e.keys) <= most]
     if wrong:

@@ -269,13 +269,20 @@ def _same(taken: tuple[str, ...], classes: Classes) -> dict[str, tuple[str, ...]
     return {key: others for key, others in found.items() if others}
 
 
-def weighed_again(judgement: Judgement, keys: tuple[str, ...], steadier: float) -> Judgement:
+def weighed_again(
+    judgement: Judgement, keys: tuple[str, ...], steadier: float, others: Mapping[tuple[str, ...], float] = {}
+) -> Judgement:
     """The judgement once runs that took no part have said by how much steadier an explanation makes friction
-    there (logarithm of a likelihood ratio). What all were credited with for that is at most doubled or taken
-    back, in the same proportion. Effects that were not refitted have no part in it: theirs is what is kept
-    for what nobody thought of."""
-    own = judgement.steadier[keys]
-    proportion = float(np.clip(steadier / own, -1.0, 1.0)) if own > 0 else 0.0
+    there, and maybe some `others` (logarithms of likelihood ratios). What these were credited with for that
+    is at most doubled or taken back, and what all others were in the same proportion as that of the first.
+    Effects that were not refitted have no part in it: theirs is what is kept for what nobody thought of."""
+
+    def proportion(keys: tuple[str, ...], steadier: float) -> float:
+        own = judgement.steadier[keys]
+        return float(np.clip(steadier / own, -1.0, 1.0)) if own > 0 else 0.0
+
+    usual = proportion(keys, steadier)
+    known = {each: proportion(each, its) for each, its in others.items()}
     kept = _kept(judgement.explanations)
     tried = {NONE, UNLISTED, *("+".join(each) for each in judgement.steadier)}
     weights = {
@@ -283,7 +290,7 @@ def weighed_again(judgement: Judgement, keys: tuple[str, ...], steadier: float) 
     }
     weights[UNLISTED] += NEXT_TO_NOTHING
     for each, worth in judgement.steadier.items():
-        weights["+".join(each) or UNLISTED] *= math.exp(proportion * worth)
+        weights["+".join(each) or UNLISTED] *= math.exp(known.get(each, usual) * worth)
     whole = sum(weights.values())
     explanations = {name: kept[name] + (1 - DOUBT) * weight / whole for name, weight in weights.items()}
     return _judged(explanations, judgement.effects, judgement.steadier, judgement.classes)

@@ -95,7 +95,7 @@ def closure(
     seed: int,
 ) -> Closure:
     """The gap on the held-out lanes under several fits of the others: `fits` has those called nominal and
-    named, and may have wrong and placebo.
+    named, and may have rival, wrong and placebo.
 
     Constants and effects stay as fitted; every lane's start, at first by itself, and what every run has of
     its own, its level of friction for one, are fitted anew. Friction may wander as far as it does under the
@@ -112,16 +112,19 @@ def closure(
     frees = [fits[name].free if name in fits else np.zeros(0, int) for name in points]
     frees = [free[np.isin(free, model.by_run)] for free in frees]
     results = dict(zip(points, elsewhere(model, test, list(points.values()), frees), strict=True))
-    compared = ("nominal", "named")
+    compared = [name for name in ("nominal", "named", "rival") if name in fits]
     again = model.side_by_side(lambda name: released(model, test, results[name], wander=False), compared)
     results.update(zip(compared, again, strict=True))
     dof = test.dof()
     gaps = {name: math.sqrt(misfit_of(result.cost, dof)) for name, result in results.items()}
-    repeated = unrepeated(model, test, again)
+    repeated = unrepeated(model, test, again[:2])
     floor = min(math.sqrt(repeated), gaps["named"])
 
     def closed(name: str) -> float:
         return share_closed(gaps["nominal"], gaps[name], floor)
+
+    def steadied(name: str) -> float:
+        return steadier(results["nominal"].levels, results[name].levels, test.run)
 
     costs = {name: results[name].cost for name in compared}
     return Closure(
@@ -136,7 +139,8 @@ def closure(
         held_out=held.files,
         by_segments=held.by_segments,
         gain=gain(results["nominal"], results["named"]),
-        steadier=steadier(results["nominal"].levels, results["named"].levels, test.run),
+        steadier=steadied("named"),
+        rival=steadied("rival") if "rival" in fits else None,
     )
 
 

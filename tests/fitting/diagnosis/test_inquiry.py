@@ -176,7 +176,7 @@ def test_what_no_effect_does_is_looked_for_where_nothing_is_named(
 
 
 def test_what_is_named_is_compared_with_what_has_no_more_effects_and_none_of_its_own():
-    """Two effects that mimic one together are no rival of that one."""
+    """Two effects that mimic one together are nothing to compare that one with."""
     explained = [
         SimpleNamespace(keys=keys, refit="+".join(keys))
         for keys in (("a",), ("a", "c"), ("c", "d"), ("b", "c"), ("c",), ("d",), ("b",))
@@ -187,10 +187,36 @@ def test_what_is_named_is_compared_with_what_has_no_more_effects_and_none_of_its
         (1, ("a", "c"), "d", "b"),
         (3, ("b", "c"), "a", "d"),
     ):
-        found: Any = SimpleNamespace(
-            nominal="none", explanations=explained, judgement=SimpleNamespace(named=named)
-        )
+        judgement = SimpleNamespace(named=named, steadier={})
+        found: Any = SimpleNamespace(nominal="none", explanations=explained, judgement=judgement)
         one: Any = explained[taken]
         fits = {"nominal": "none", "named": one.refit, "wrong": wrong, "placebo": placebo}
         assert _fits(found, one) == fits
     assert _fits(found, None) == {"nominal": "none", "named": "none"}
+
+
+@pytest.mark.parametrize(
+    ("named", "rival"), [(("a",), ("a", "c")), (("a", "c"), ("a",)), (("b",), None), (("b", "d"), ("d",))]
+)
+def test_a_rival_shares_an_effect_with_what_is_named_and_is_credited_with_steadier_friction(named, rival):
+    likely = {"a": 0.3, "a+c": 0.2, "a+b": 0.25, "d": 0.05, "b": 0.1, "b+d": 0.1}
+    explained = [SimpleNamespace(keys=tuple(name.split("+")), refit=name) for name in likely]
+    steadier = {("a",): 2.0, ("a", "c"): 3.0, ("a", "b"): 0.0, ("d",): 1.0}
+    judgement = SimpleNamespace(named=named, steadier=steadier, explanations=likely)
+    found: Any = SimpleNamespace(nominal="none", explanations=explained, judgement=judgement)
+    one: Any = next(e for e in explained if e.keys == named)
+    assert _fits(found, one).get("rival") == (None if rival is None else "+".join(rival))
+
+
+def test_the_rival_is_measured_where_what_is_named_is(monkeypatch):
+    """Once two runs of six have said by how much steadier friction is with either."""
+    asked: list[Any] = []
+    monkeypatch.setattr(inquiries, "weighed_again", lambda *words: asked.append(words) or judgement)
+    judgement = SimpleNamespace(named=())
+    found: Any = SimpleNamespace(judgement=judgement)
+    named, rival = (SimpleNamespace(keys=keys) for keys in (("a",), ("a", "c")))
+    for closed, steadier in ((0.9, (0.0, 4.0)), (0.0, (-3.0, 4.0))):
+        interval = (closed, closed)
+        shrunk = dataclasses.replace(CLOSED, before=1.3, interval=interval, steadier=-3.0, rival=4.0)
+        inquiries.confirmed(found, named, shrunk, rival)  # pyright: ignore[reportArgumentType]
+        assert asked.pop()[1:] == (("a",), steadier[0], {("a", "c"): steadier[1]})

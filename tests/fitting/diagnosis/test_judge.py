@@ -198,6 +198,17 @@ def test_what_took_no_part_takes_back_or_confirms_that_friction_is_steadier():
     assert weighed_again(clear, clear.named, -30.0).effects == pytest.approx(clear.effects)
 
 
+def test_two_effects_are_confirmed_by_what_runs_say_of_them_that_took_no_part_not_by_what_they_say_of_one():
+    """These confirm one effect in full, and find friction no steadier with two."""
+    first = dataclasses.replace(account(0, 0.99), steadier=20.0)
+    two = dataclasses.replace(both(0.99), steadier=38.0, of_friction=(SHELF[1],))
+    found = judge(6.0, [first, account(1, 5.0), two], SAMPLES, 100.0, SHELF)
+    assert (found.verdict, found.named) == ("effect", first.keys)
+    assert weighed_again(found, first.keys, 20.0).verdict == "several"
+    again = weighed_again(found, first.keys, 20.0, {two.keys: 20.0})
+    assert (again.verdict, again.named) == ("effect", first.keys)
+
+
 @pytest.mark.parametrize("hidden", [(), SHELF])
 def test_what_was_not_refitted_is_not_named_where_everything_else_is_taken_back(hidden):
     """Were it a hair's breadth of probability that nobody looked at: it is unlisted then."""
