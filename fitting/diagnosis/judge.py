@@ -147,8 +147,8 @@ def judge(
     def beyond_one(misfit: float, soft: float, pieces: float) -> float:
         return evidence(misfit, soft, pieces) - evidence(alone.best, soft, pieces)
 
-    def weight(misfit: float, price: float, prior: float) -> float:
-        return evidence(misfit, SOFT * excess, pieces) - price + math.log(prior)
+    def weight(price: float, prior: float) -> float:
+        return math.log(prior) - price
 
     def behind(misfit: float, pieces: float) -> float:
         return -beyond_one(misfit, SOFT * excess, pieces)
@@ -162,8 +162,9 @@ def judge(
     steady[anything.keys] = (1 - lacking) * _steadiest(accounts, steady, excess)
     ahead = lead(alone.misfits, nominal, same)
     logs = [
-        weight(alone.best, 0, PRIOR[NONE]) - behind(nominal, surely) - 0.5 * (excess / FLOOR) ** 2,
-        weight(unlisted, anything.price(pieces) - steady[anything.keys] + ahead, PRIOR[UNLISTED]),
+        weight(0.0, PRIOR[NONE]) - behind(nominal, surely) - 0.5 * (excess / FLOOR) ** 2,
+        weight(anything.price(pieces) - steady[anything.keys] + ahead, PRIOR[UNLISTED])
+        - behind(unlisted, surely),
     ]
     prices = {account.keys: account.price(pieces) - steady[account.keys] for account in accounts}
     singles = singly(
@@ -183,11 +184,11 @@ def judge(
     for account in accounts:
         names.append("+".join(account.keys))
         if account.keys in singles:
-            logs.append(weight(alone.best, 0, PRIOR["single"] / len(shelf)) + singles[account.keys])
+            logs.append(weight(0.0, PRIOR["single"] / len(shelf)) + singles[account.keys])
             continue
         needless = alone.makes_needless(account)
         more = 0.0 if needless else NESTED * beyond_one(account.misfit, alone.soft, pieces)
-        logs.append(weight(alone.best, prices[account.keys], PRIOR["pair"] / pairs) + more)
+        logs.append(weight(prices[account.keys], PRIOR["pair"] / pairs) + more)
     logs = _levelled(names, logs, accounts, ALIKE * excess, aliases or {})
     untried = [key for key in shelf if (key,) not in steady]
     names, logs = [*names, *untried], [*logs, *[-math.inf] * len(untried)]

@@ -67,6 +67,14 @@ def test_a_weak_effect_is_named_however_well_the_noise_is_known(level):
     assert (found.verdict, found.named) == ("effect", (SHELF[0],))
 
 
+@pytest.mark.parametrize("price", [1, 3])
+def test_what_is_off_the_shelf_is_not_asked_for_less_than_an_effect_of_a_weak_gap_is(price):
+    """What is so weak might be left by either; only the effect has been seen to leave less."""
+    left = [account(0, 1.0441, price), account(1, 1.0631, 3), account(2, 1.0638)]
+    found = judge(1.0638, left, SAMPLES / 2, 1.05, SHELF)
+    assert (found.verdict, found.named) == ("effect", (SHELF[0],))
+
+
 def test_no_effect_is_named_for_the_evidence_of_a_better_one_that_costs_more():
     left = [account(0, 1.015, 3), account(1, 1.0188), *(account(n, 1.0192) for n in range(2, 8))]
     found = judge(1.0216, left, SAMPLES / 2, 1.0, SHELF)
