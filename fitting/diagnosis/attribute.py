@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -29,7 +29,6 @@ from fitting.diagnosis.screen import Screen, screen
 from fitting.diagnosis.steadiness import Levels, steadier
 from fitting.diagnosis.survey import Survey, aliases, freed
 from fitting.progress import Progress
-from jaxstick.effect import AbstractEffect
 
 PROMISING = 20.0
 """Where what one effect leaves passes for noise, a second is sought only if its score is so many times what
@@ -201,7 +200,7 @@ def _weighed(
             traces_left(model, first),
             {frozenset(e.keys): e.refit.misfit for e in found},
         ),
-        hidden=_of_friction(model.shelf.effects) if bench.scatters else (),
+        hidden=model.shelf.of_friction() if bench.scatters else (),
     )
     against = Yardstick(without, floor, samples, inflation, bench.scatters, accounts, alike)
     made = Attribution(nominal, tuple(found), first, judgement, against)
@@ -213,11 +212,6 @@ def traces_left(model: Model, seen: Screen) -> dict[str, tuple[str, ...]]:
     gain of a base that stands still."""
     visible = {promise.key for promise in seen.usual if promise.can_be_seen}
     return {key: traces if key in visible else () for key, traces in model.shelf.traces.items()}
-
-
-def _of_friction(effects: Mapping[str, type[AbstractEffect]]) -> tuple[str, ...]:
-    """Those of some effects that change friction."""
-    return tuple(key for key, effect in effects.items() if effect.card.family == "friction")
 
 
 def _told(bench: Bench, nominal: Refit, found: Sequence[Explanation]) -> list[float]:
@@ -259,9 +253,8 @@ def account(
             own = fit.point.by_run[runs][:, model.by_run == number]
             of_one_run += (len(runs) - 1) * float(np.var(own) / max(np.mean(own**2), 1e-300))
     steady = 0.0 if before is None else max(steadier(before, fit.levels, bench.run), 0.0)
-    effects = {key: model.shelf.effects[key] for key in keys}
-    of_friction = _of_friction(effects)
-    changing = tuple(key for key, effect in effects.items() if effect.changes)
+    of_friction = model.shelf.of_friction(keys)
+    changing = tuple(key for key in keys if model.shelf.effects[key].changes)
     given = model.index(*(name for key in keys for name in model.shelf.shapes[key]))
     samples = float(bench.dof().sum())
     shapes = tuple(fit.told[number] / samples for number in given.tolist() if number in fit.told)

@@ -49,8 +49,8 @@ def in_step(
 def _beside(model: Model, bench: Bench, base: Refit, progress: Progress) -> list[Explanation]:
     """Such effects on top of what a fit has under which friction wanders; none where it keeps still, or
     changes so already, as it may for an effect of the rig file, too."""
-    effects = model.shelf.effects
-    keys = [key for key, effect in effects.items() if effect.changes and effect.card.family == "friction"]
+    shelf = model.shelf
+    keys = [key for key in shelf.of_friction() if shelf.effects[key].changes]
     if not keys or not wanders(base) or {*model.free_effects(base.free)} & {*keys}:
         return []
     at = base.showing(model, keys)

@@ -69,6 +69,11 @@ class Shelf:
     def names(self, key: str) -> tuple[str, ...]:
         return (*self.strengths[key], *self.shapes[key])
 
+    def of_friction(self, keys: Iterable[str] | None = None) -> tuple[str, ...]:
+        """Those of some effects, by default of all, that change friction."""
+        among = self.effects if keys is None else keys
+        return tuple(key for key in among if self.effects[key].card.family == "friction")
+
     def titled(self, key: str) -> str:
         """An effect by its key and, in parentheses, its title."""
         title = self.effects[key].card.title

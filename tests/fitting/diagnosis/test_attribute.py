@@ -19,6 +19,7 @@ from fitting.diagnosis.attribute import (
     traces_left,
     worth_a_second,
 )
+from fitting.diagnosis.model import Shelf
 
 FLOOR = 1.1
 
@@ -26,8 +27,10 @@ FLOOR = 1.1
 def counted(misfit: float, *keys: str) -> Account:
     """The account of an explanation by these effects, which leaves this misfit, in units of the floor. Each
     has a strength, number 0, and a shape, number 7."""
-    effects = {key: SimpleNamespace(card=SimpleNamespace(family="friction"), changes=False) for key in keys}
-    shelf = SimpleNamespace(effects=effects, shapes={key: ("shape",) for key in keys})
+    effects: dict[str, Any] = {
+        key: SimpleNamespace(card=SimpleNamespace(family="friction"), changes=False) for key in keys
+    }
+    shelf = Shelf(effects, {}, {key: ("shape",) for key in keys}, {})
     model: Any = SimpleNamespace(
         of=lambda _: np.array([0, 7]),
         index=lambda *names: np.full(len(names), 7),
