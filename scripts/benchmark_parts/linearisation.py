@@ -28,7 +28,7 @@ SUBSTEPS = 16
 class Linearised(NamedTuple):
     """The effects attached, none for the nominal model; the processor's time for the states and the Jacobian
     of a lane by what it has of its own, the constants and the strengths of these effects [s]; and how long it
-    takes until the program is there, traced and compiled [s]."""
+    takes until the program is there, traced and compiled, next to nothing where it is there already [s]."""
 
     effects: tuple[str, ...]
     seconds: float
@@ -47,7 +47,7 @@ def linearised(repeats: int, groups: int | None = None) -> list[Linearised]:
     times = fastest(candidates, repeats)
     names = ["+".join(keys) for keys in attached]
     return [
-        Linearised(keys, times[name].processor / len(bench.lanes), begun[name] - times[name].wall)
+        Linearised(keys, times[name].processor / len(bench.lanes), max(begun[name] - times[name].wall, 0.0))
         for keys, name in zip(attached, names, strict=True)
     ]
 

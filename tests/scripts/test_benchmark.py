@@ -84,7 +84,7 @@ def test_quick_run_prints_every_figure(monkeypatch: pytest.MonkeyPatch) -> None:
     assert alone["effects"] == [] and alone["nominal"] == 1.0 and alone["seconds"] > 0
     two, group = (row["effects"] for row in attached)
     assert len(two) == 2 < len(group) and all(row["nominal"] > 0 for row in attached)
-    assert all(row["compiled"] > 0 for row in figures["linearised"])
+    assert all(row["compiled"] >= 0 for row in figures["linearised"])
     assert len(benchmark.tables(figures)) == 3
 
 
