@@ -122,10 +122,11 @@ def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquir
     found, anomalies = _off_the_shelf(paper, chosen, found)
     progress.stage("how far the gap shrinks", 1)
     first = _named(found)
-    shrunk = _shrunk(chosen, held, found, first, seed)
+    rival = None if first is None else _rival(found, first)
+    shrunk = _shrunk(chosen, held, found, first, seed, rival)
     named, doubts = first, ()
     if first is not None:
-        found = dataclasses.replace(found, judgement=confirmed(found, first, shrunk, _rival(found, first)))
+        found = dataclasses.replace(found, judgement=confirmed(found, first, shrunk, rival))
         named = _named(found)
         if named is None:
             doubts = (refutation(first.keys, shrunk),)
@@ -193,19 +194,28 @@ def confirmed(
     return refuted(judgement, UNLISTED) if worsens(shrunk, CLEARLY) else judgement
 
 
-def _shrunk(chosen: Chosen, held: Split, found: Attribution, named: Explanation | None, seed: int) -> Closure:
+def _shrunk(
+    chosen: Chosen,
+    held: Split,
+    found: Attribution,
+    named: Explanation | None,
+    seed: int,
+    rival: Explanation | None = None,
+) -> Closure:
     """How far the gap shrinks on what was held out."""
-    base, fits = chosen.ground, _fits(found, named)
+    base, fits = chosen.ground, _fits(found, named, rival)
     return closure(chosen.problem, chosen.model, base.bench, held, fits, base.point.own, seed)
 
 
-def _fits(found: Attribution, named: Explanation | None) -> dict[str, Refit]:
+def _fits(
+    found: Attribution, named: Explanation | None, rival: Explanation | None = None
+) -> dict[str, Refit]:
     """The fits whose gaps are compared on what was held out: those of the nominal model, of what is named and
     of its rival, and, of what shares no effect with that and has no more, the best and the worst."""
     if named is None:
         return {"nominal": found.nominal, "named": found.nominal}
     fits = {"nominal": found.nominal, "named": named.refit}
-    if (rival := _rival(found, named)) is not None:
+    if rival is not None:
         fits["rival"] = rival.refit
     mentioned, most = set(found.judgement.named), len(named.keys)
     wrong = [e for e in found.explanations if not mentioned & set(e.keys) and len(e.keys) <= most]

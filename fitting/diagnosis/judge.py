@@ -141,11 +141,9 @@ def judge(
     same = _alike(aliases or {}, classes or {})
     alone = Alone.of(accounts, nominal, same)
 
-    def evidence(misfit: float, soft: float, pieces: float) -> float:
-        return -0.5 * pieces * math.log(max(misfit, 1e-3) + soft)
-
     def beyond_one(misfit: float, soft: float, pieces: float) -> float:
-        return evidence(misfit, soft, pieces) - evidence(alone.best, soft, pieces)
+        one, this = (math.log(max(left, 1e-3) + soft) for left in (alone.best, misfit))
+        return 0.5 * pieces * (one - this)
 
     def weight(price: float, prior: float) -> float:
         return math.log(prior) - price

@@ -75,7 +75,7 @@ class Alone:
         if self.best < 1 + NOISE_KNOWN:
             return True
         if self.best < 1 + HARDLY * self._excess:
-            return two.misfit > 1 + ALL_BUT * self._left or not self._without(two) > 1 + MOST * self._left
+            return two.misfit > 1 + ALL_BUT * self._left or self._without(two) <= 1 + MOST * self._left
         shape = max(OTHER_SHAPE * self._excess, min(OTHER_SHAPE_OF_LITTLE * self._excess, LITTLE))
         if self.best >= 1 + shape:
             return False

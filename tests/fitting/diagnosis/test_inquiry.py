@@ -205,7 +205,9 @@ def test_a_rival_shares_an_effect_with_what_is_named_and_is_credited_with_steadi
     judgement = SimpleNamespace(named=named, steadier=steadier, explanations=likely)
     found: Any = SimpleNamespace(nominal="none", explanations=explained, judgement=judgement)
     one: Any = next(e for e in explained if e.keys == named)
-    assert _fits(found, one).get("rival") == (None if rival is None else "+".join(rival))
+    assert _fits(found, one, inquiries._rival(found, one)).get("rival") == (
+        None if rival is None else "+".join(rival)
+    )
 
 
 def test_the_rival_is_measured_where_what_is_named_is(monkeypatch):
