@@ -8,7 +8,7 @@ from fitting.verbs.diagnose import diagnose
 from fitting.verbs.fit import fit
 from jaxstick.cli import LOWER
 from jaxstick.command import Verbs
-from jaxstick.compilation_cache import compile_for_few_lanes, compute_on_cpu, keep_compiled
+from jaxstick.compilation_cache import set_up_jax
 from jaxstick.version import version
 
 UPPER = (fit, compare, diagnose, blind)
@@ -27,7 +27,5 @@ def jaxstick() -> None:
 
 def main() -> None:
     """The command `jaxstick`."""
-    compute_on_cpu()
-    keep_compiled()
-    compile_for_few_lanes()
+    set_up_jax()
     jaxstick(prog_name="jaxstick")

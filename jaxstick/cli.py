@@ -3,7 +3,7 @@
 import click
 
 from jaxstick.command import Verbs
-from jaxstick.compilation_cache import compile_for_few_lanes, compute_on_cpu, keep_compiled
+from jaxstick.compilation_cache import set_up_jax
 from jaxstick.verbs.check import check
 from jaxstick.verbs.effects import effects
 from jaxstick.verbs.simulate import simulate
@@ -21,7 +21,5 @@ def jaxstick() -> None:
 
 def main() -> None:
     """`python -m jaxstick`."""
-    compute_on_cpu()
-    keep_compiled()
-    compile_for_few_lanes()
+    set_up_jax()
     jaxstick(prog_name="python -m jaxstick")

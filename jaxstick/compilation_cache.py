@@ -2,6 +2,7 @@
 process."""
 
 import os
+import sys
 from pathlib import Path
 
 SWITCH = "JAXSTICK_CACHE"
@@ -9,12 +10,31 @@ SWITCH = "JAXSTICK_CACHE"
 
 SMALL_LOOPS = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=100000000"
 
+OPTIONS = {
+    "JAX_PLATFORMS": str,
+    "JAX_COMPILATION_CACHE_DIR": str,
+    "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": float,
+}
+"""Variables that jax reads once, when it is imported, and what kind of value it takes from them."""
+
 LARGEST = 500_000_000
 """Bytes above which the oldest programs are thrown away."""
 
 
+def set_up_jax() -> None:
+    """Sets up jax, before it computes anything, for one of our processes: where it computes, which programs
+    it keeps, and how they are compiled. What the user has set in the environment stands."""
+    compute_on_cpu()
+    keep_compiled()
+    compile_for_few_lanes()
+    if jax := sys.modules.get("jax"):
+        for name, kind in OPTIONS.items():
+            if name in os.environ:
+                jax.config.update(name.lower(), kind(os.environ[name]))
+
+
 def keep_compiled() -> None:
-    """Points jax, which must not have been imported yet, to a folder of this user for compiled programs.
+    """Points a jax that is not imported yet to a folder of this user for compiled programs.
 
     By default $XDG_CACHE_HOME/jaxstick or ~/.cache/jaxstick; a folder that JAX_COMPILATION_CACHE_DIR names
     already stands. Where the folder cannot be made or written, nothing is kept.
@@ -34,7 +54,7 @@ def keep_compiled() -> None:
 
 
 def compute_on_cpu() -> None:
-    """Tells jax, which must not have been imported yet, to compute on the CPU where it could use a graphics
+    """Tells a jax that is not imported yet to compute on the CPU where it could use a graphics
     processor, too: a motion is one short step after another, of few lanes, for which the latter takes several
     times as long. What JAX_PLATFORMS says already stands."""
     os.environ.setdefault("JAX_PLATFORMS", "cpu")

@@ -24,7 +24,7 @@ from fitting.blind_run.running import run_cases
 from fitting.blind_score.page import score_page
 from fitting.blind_score.score import score
 from fitting.blind_score.show import show_score
-from jaxstick.compilation_cache import keep_compiled
+from jaxstick.compilation_cache import set_up_jax
 from jaxstick.errors import UserError
 from jaxstick.output import OutputFolder, atomic_write_text
 from jaxstick.progress_bar import ProgressBar
@@ -57,7 +57,7 @@ def main(
     scheduler: str | None,
 ) -> None:
     """Make, diagnose and score CASES cases of SEED."""
-    keep_compiled()
+    set_up_jax()
     terminal = Terminal()
     folder, results = out / "cases", out / "results"
     out.mkdir(parents=True, exist_ok=True)

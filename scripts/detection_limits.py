@@ -25,7 +25,7 @@ from fitting.problem import pose
 from fitting.progress import Silent
 from fitting.report.words import NOTHING, number
 from fitting.settings import Settings
-from jaxstick.compilation_cache import compile_for_few_lanes, keep_compiled
+from jaxstick.compilation_cache import set_up_jax
 from jaxstick.record import load_dataset
 
 
@@ -33,8 +33,7 @@ from jaxstick.record import load_dataset
 @click.argument("datasets", nargs=-1, required=True, type=click.Path(exists=True, path_type=Path))
 def main(datasets: tuple[Path, ...]) -> None:
     """Print the detection limits of every data set as a table in Markdown."""
-    keep_compiled()
-    compile_for_few_lanes()
+    set_up_jax()
     for folder in datasets:
         click.echo(f"\n### {folder.name}\n")
         click.echo(

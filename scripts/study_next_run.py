@@ -27,7 +27,7 @@ from fitting.blind.recipe import recipe_from
 from fitting.blind.seal import open_seal, read_key
 from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.settings import DiagnosisSettings
-from jaxstick.compilation_cache import compile_for_few_lanes, keep_compiled
+from jaxstick.compilation_cache import set_up_jax
 from jaxstick.record import load_dataset
 
 SETTLING = 12
@@ -38,8 +38,7 @@ SETTLING = 12
 @click.argument("root", type=click.Path(exists=True, path_type=Path))
 def main(root: Path) -> None:
     """Record the runs that the diagnoses in ROOT propose, diagnose anew, and print a table in Markdown."""
-    keep_compiled()
-    compile_for_few_lanes()
+    set_up_jax()
     click.echo("| case | what acts | before | p | to lie apart by | after | p |")
     click.echo("| --- | --- | --- | ---: | ---: | --- | ---: |")
     for name, answer in sorted(open_seal(root / "cases", read_key(root / "key")).answers.items()):

@@ -30,7 +30,7 @@ from fitting.problem import pose
 from fitting.segments import Segment
 from fitting.settings import Settings
 from fitting.stage import stage
-from jaxstick.compilation_cache import compile_for_few_lanes
+from jaxstick.compilation_cache import set_up_jax
 from jaxstick.record import CONSTANTS, AssumedConstants, DataSet, KnownRig, Noise, Run
 from tests.reference import loaded, rig1987
 from tests.reference.drive import SineDrive
@@ -193,7 +193,7 @@ def _proportion(hits: int, count: int) -> tuple[float, float]:
 @click.option("--workers", default=2, show_default=True)
 def main(sets: int, out: Path, workers: int) -> None:
     """Runs the study, or what is left of it, and prints its figures."""
-    compile_for_few_lanes()
+    set_up_jax()
     out.parent.mkdir(parents=True, exist_ok=True)
     lines = [json.loads(text) for text in out.read_text().splitlines()] if out.exists() else []
     left = sorted(set(range(sets)) - {line["seed"] for line in lines})

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from rich.console import Console
 
-from jaxstick.compilation_cache import compile_for_few_lanes
+from jaxstick.compilation_cache import set_up_jax
 from jaxstick.laps import Course, Laps, Real
 from jaxstick.nominal import nominal
 from jaxstick.parts.contact import LoadedContact, PaperContact, SmoothContact
@@ -100,7 +100,7 @@ def main() -> None:
     parser.add_argument("--lanes", type=int, default=400)
     parser.add_argument("--contact", choices=list(CONTACTS), default="loaded")
     given = parser.parse_args()
-    compile_for_few_lanes()
+    set_up_jax()
     console = Console()
     ratios = np.linspace(0.04, 1.0, given.lanes)
     laps = of_1987(ratios, given.contact)

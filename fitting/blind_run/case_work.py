@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.progress import Silent
-from jaxstick.compilation_cache import compile_for_few_lanes, compute_on_cpu, keep_compiled
+from jaxstick.compilation_cache import set_up_jax
 from jaxstick.deferred import deferred
 from jaxstick.errors import UserError
 from jaxstick.output import to_json
@@ -30,9 +30,7 @@ class Outcome(NamedTuple):
 
 def diagnose_folder(folder: Path, seed: int) -> Outcome:
     """Diagnoses the case in a folder, on one thread; no failure leaves it."""
-    compute_on_cpu()
-    keep_compiled()
-    compile_for_few_lanes()
+    set_up_jax()
     try:
         data = load_dataset(folder)
         found = diagnose(data, DiagnosisSettings(seed=seed, workers=1), Silent())

@@ -442,9 +442,8 @@ def _effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Pr
         return Unknown(name, kind.unit, lower, upper, "linear", scale, 0.0, freedom)
     typical = kind.typical * natural if kind.typical else float(place.of(effect))
     if kind.signed:
-        return Unknown(
-            name, kind.unit, kind.lower, kind.upper, "linear", typical, 0.0, SHAPE_FREEDOM * typical
-        )
+        lower, upper = max(kind.lower, -FAR * typical), min(kind.upper, FAR * typical)
+        return Unknown(name, kind.unit, lower, upper, "linear", typical, 0.0, SHAPE_FREEDOM * typical)
     less, more = kind.span
     lower, upper = max(kind.lower, typical / less), min(kind.upper, typical * more)
     centre = float(np.clip(typical, lower, upper))

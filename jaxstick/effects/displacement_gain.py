@@ -10,12 +10,13 @@ from jaxtyping import Array, Float
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter
+from jaxstick.parts.bend import bend_of, bent
 from jaxstick.parts.instrument import AbstractInstrument, Past, Reading
 from jaxstick.parts.motion import Motion, Scalar
 
 
 class DisplacementGain(AbstractEffect):
-    """The displacement is recorded as (1 + gain) x."""
+    """The displacement is recorded as x + gain x (1 + bend |x|)."""
 
     card: ClassVar[Card] = Card(
         title="Scale of the displacement channel is wrong",
@@ -44,16 +45,17 @@ class DisplacementGain(AbstractEffect):
         typical=0.02,
         default=0.0,
     )
+    bend: Float[Array, ""] | float = bend_of("1/m", "displacement")
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(
-            oscillator, instrument=_ScaledDisplacement(oscillator.instrument, self.gain)
-        )
+        instrument = _ScaledDisplacement(oscillator.instrument, self.gain, self.bend)
+        return dataclasses.replace(oscillator, instrument=instrument)
 
 
 class _ScaledDisplacement(AbstractInstrument):
     inner: AbstractInstrument
     gain: Scalar
+    bend: Scalar
 
     def initial(self, motion: Motion, friction: Scalar, past: Past) -> Any:
         return self.inner.initial(motion, friction, past)
@@ -63,4 +65,5 @@ class _ScaledDisplacement(AbstractInstrument):
 
     def read(self, state: Any, motion: Motion, friction: Scalar) -> Reading:
         reading = self.inner.read(state, motion, friction)
-        return reading._replace(displacement=(1 + self.gain) * reading.displacement)
+        x = reading.displacement
+        return reading._replace(displacement=x + self.gain * bent(x, self.bend))

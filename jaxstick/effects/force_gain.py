@@ -10,13 +10,14 @@ from jaxtyping import Array, Float
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter
+from jaxstick.parts.bend import bend_of, bent
 from jaxstick.parts.force_link import AbstractForceLink
 from jaxstick.parts.instrument import AbstractInstrument
 from jaxstick.parts.motion import Motion, Scalar
 
 
 class ForceGain(AbstractEffect):
-    """The force is recorded as (1 + gain) F."""
+    """The force is recorded as F + gain F (1 + bend |F|)."""
 
     card: ClassVar[Card] = Card(
         title="Scale of the force channel is wrong",
@@ -46,14 +47,17 @@ class ForceGain(AbstractEffect):
         typical=0.03,
         default=0.0,
     )
+    bend: Float[Array, ""] | float = bend_of("1/N", "force")
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(oscillator, instrument=_ScaledForce(oscillator.instrument, self.gain))
+        instrument = _ScaledForce(oscillator.instrument, self.gain, self.bend)
+        return dataclasses.replace(oscillator, instrument=instrument)
 
 
 class _ScaledForce(AbstractForceLink):
     inner: AbstractInstrument
     gain: Scalar
+    bend: Scalar
 
     def passed(self, own: Any, motion: Motion, friction: Scalar) -> Scalar:
-        return (1 + self.gain) * friction
+        return friction + self.gain * bent(friction, self.bend)

@@ -10,13 +10,14 @@ from jaxtyping import Array, Float
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter
+from jaxstick.parts.bend import bend_of, bent
 from jaxstick.parts.force_link import AbstractForceLink
 from jaxstick.parts.instrument import AbstractInstrument
 from jaxstick.parts.motion import Motion, Scalar
 
 
 class ForcePositionCrosstalk(AbstractEffect):
-    """The force is recorded as F + slope x, with x the displacement of the mass."""
+    """The force is recorded as F + slope x (1 + bend |x|), with x the displacement of the mass."""
 
     card: ClassVar[Card] = Card(
         title="Force channel reads the position too",
@@ -37,14 +38,17 @@ class ForcePositionCrosstalk(AbstractEffect):
     slope: Float[Array, ""] | float = parameter(
         "N/m", "recorded force per displacement", null=0.0, typical=0.03, default=0.0
     )
+    bend: Float[Array, ""] | float = bend_of("1/m", "displacement")
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(oscillator, instrument=_TiltedForce(oscillator.instrument, self.slope))
+        instrument = _TiltedForce(oscillator.instrument, self.slope, self.bend)
+        return dataclasses.replace(oscillator, instrument=instrument)
 
 
 class _TiltedForce(AbstractForceLink):
     inner: AbstractInstrument
     slope: Scalar
+    bend: Scalar
 
     def passed(self, own: Any, motion: Motion, friction: Scalar) -> Scalar:
-        return friction + self.slope * motion.x
+        return friction + self.slope * bent(motion.x, self.bend)

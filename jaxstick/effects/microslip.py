@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
-from jaxstick.parameter import parameter
+from jaxstick.parameter import parameter, part_of_it
 from jaxstick.parts.contact import (
     AbstractContact,
     Approach,
@@ -23,12 +23,17 @@ from jaxstick.parts.contact import (
 from jaxstick.parts.motion import Scalar
 
 
-class Microslip(AbstractEffect):
-    """Splits the contact into two elements side by side, of which one yields early.
+BEFORE_AND_AFTER = -1.0, 0.0, 1.0
+"""Which of the early elements yields before the middle one, and which after it."""
 
-    Of the stiffness k1 the early element has `share`, and yields at the deflection earlier g/k1; the other
-    has the rest, and of the limit g what the first leaves. Initial stiffness and force in full slip stay as
-    they are: k1 and g.
+
+class Microslip(AbstractEffect):
+    """Splits the contact into elements side by side, of which three yield early.
+
+    Of the stiffness k1 these have `share`, a third each, and yield at the deflections earlier (1 - spread)
+    g/k1, earlier g/k1 and earlier (1 + spread) g/k1, as one element without spread; the last element has the
+    rest, and of the limit g what they leave. Initial stiffness and force in full slip stay as they are: k1
+    and g.
     """
 
     card: ClassVar[Card] = Card(
@@ -70,34 +75,37 @@ class Microslip(AbstractEffect):
         typical=0.5,
         default=0.5,
     )
+    spread: Float[Array, ""] | float = part_of_it("by what share the first yields before the middle of it")
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
         contact = oscillator.contact
-        return dataclasses.replace(oscillator, contact=_Split(contact.k1, contact, self.share, self.earlier))
+        place = 1 + self.spread * jnp.array(BEFORE_AND_AFTER)
+        split = _Split(contact.k1, contact, self.share, self.earlier * place)
+        return dataclasses.replace(oscillator, contact=split)
 
 
 class _Split(AbstractContact):
-    """State: that of `inner`, the deflection of the early element [m].
+    """State: that of `inner`, the deflections of the early elements [m].
 
-    `inner` is the later element blown up to the whole contact: it moves a mass that is larger in the ratio
+    `inner` is the last element blown up to the whole contact: it moves a mass that is larger in the ratio
     in which it is smaller, and its answer is scaled back.
     """
 
     k1: Scalar
     inner: AbstractContact
     share: Scalar
-    earlier: Scalar
+    earlier: Array
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
-        """Where the mass slid before, the early element has come back from there with the whole."""
+        """Where the mass slid before, the early elements have come back from there with the whole."""
         held = -approach.force / self.k1
         slid = jnp.asarray(approach.slid)
         sense = jnp.where(slid == 0, sense_of(held), slid)
         whole = traction.limit(approach.rate, sense) / self.k1
         limit = self.earlier * whole
-        back = jnp.clip(whole - sense * held, 0.0, 2 * limit)
+        back = jnp.clip(self._back(jnp.maximum(whole - sense * held, 0.0), limit), 0.0, 2 * limit)
         deflection = jnp.where(slid == 0, jnp.clip(held, -limit, limit), sense * (limit - back))
-        early = -self.share * self.k1 * deflection
+        early = self._early(deflection)
         rest = approach._replace(force=(approach.force - early) / (1 - self.share))
         friction, inner = self.inner.initial(rest, self._later(traction))
         return (1 - self.share) * friction + early, (inner, deflection)
@@ -107,13 +115,13 @@ class _Split(AbstractContact):
         trial = deflection + passage.slide
         limit = self._yield(passage.rate, sense_of(trial), traction)
         deflection = jnp.clip(trial, -limit, limit)
-        early = -self.share * self.k1 * deflection
+        early = self._early(deflection)
         rest = passage._replace(
             acceleration=passage.acceleration + early / passage.inertia,
             inertia=passage.inertia / (1 - self.share),
         )
         grip = self.inner.grip(inner, rest, self._later(traction))
-        held = jnp.where(jnp.abs(trial) < limit, self.share * self.k1, 0.0)
+        held = self.share * self.k1 * jnp.mean(jnp.where(jnp.abs(trial) < limit, 1.0, 0.0))
         return Grip(
             (1 - self.share) * grip.friction + early,
             (1 - self.share) * grip.mean + early,
@@ -122,13 +130,27 @@ class _Split(AbstractContact):
             (grip.state, deflection),
         )
 
-    def _yield(self, rate: Scalar, sense: Scalar, traction: Traction) -> Scalar:
-        """The deflection at which the early element yields [m]."""
-        return self.earlier * traction.limit(rate, sense) / self.k1
+    def _early(self, deflection: Array) -> Array:
+        """The force of the early elements [N]."""
+        return -self.share * self.k1 * jnp.mean(deflection)
+
+    def _back(self, lost: Scalar, limit: Array) -> Array:
+        """How far a contact has come back [m] that slid and then lost k1 `lost` of its force. The force that
+        is lost is concave in the way, each element giving no more from twice its limit on; so that of the
+        lines on which none, one and more of them yield, the longest way holds."""
+        each = self.share / len(BEFORE_AND_AFTER)
+        yielded = jnp.arange(len(BEFORE_AND_AFTER) + 1.0)
+        given = jnp.concatenate([jnp.zeros(1), jnp.cumsum(2 * each * limit)])
+        return jnp.max((lost - given) / (1 - each * yielded))
+
+    def _yield(self, rate: Scalar, sense: Array, traction: Traction) -> Array:
+        """The deflections at which the early elements yield [m], each with a sense of its own."""
+        limit = jnp.where(sense > 0, traction.limit(rate, 1.0), traction.limit(rate, -1.0))
+        return self.earlier * limit / self.k1
 
     def _later(self, traction: Traction) -> Traction:
         rest = 1 - self.share
-        left = (1 - self.share * self.earlier) / rest
+        left = (1 - self.share * jnp.mean(self.earlier)) / rest
         return Traction(
             limit=lambda rate, sense: traction.limit(rate, sense) * left,
             viscous=lambda rate, sense: traction.viscous(rate, sense) / rest,

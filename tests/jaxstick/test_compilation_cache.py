@@ -47,6 +47,21 @@ def test_so_do_the_commands(module):
     assert said.stdout.split() == ["cpu", "False"]
 
 
+@pytest.mark.parametrize("first", ["", "import jax\n"])
+def test_set_up_whether_or_not_jax_was_imported_before(tmp_path, first):
+    code = (
+        f"{first}from jaxstick.compilation_cache import set_up_jax\n"
+        "set_up_jax()\n"
+        "import jax\n"
+        "said = jax.config\n"
+        "print(said.jax_platforms, said.jax_compilation_cache_dir)\n"
+        "print(said.jax_persistent_cache_min_compile_time_secs)"
+    )
+    bare = {name: value for name, value in os.environ.items() if name != "JAX_PLATFORMS"}
+    said = subprocess.run([sys.executable, "-c", code], env=bare, capture_output=True, text=True, check=True)
+    assert said.stdout.split() == ["cpu", str(tmp_path / "cache" / "jaxstick"), "0.0"]
+
+
 def test_a_folder_of_this_user(tmp_path):
     keep_compiled()
     assert os.environ[FOLDER] == str(tmp_path / "cache" / "jaxstick")

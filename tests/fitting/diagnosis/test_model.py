@@ -69,7 +69,8 @@ def test_a_shape_that_may_go_either_way_is_searched_about_nought(laid):
     model, _ = laid
     signed, other = model.index("mains_hum.second_odd", "periodic_track.wavelength")
     assert model.origin(TRUTH)[signed] == 0
-    assert model.lower[signed] == -model.upper[signed] < -1
+    bend = model.index("force_gain.bend")
+    assert all(-np.inf < model.lower[one] == -model.upper[one] < -1 for one in (signed, *bend))
     values = model.values(np.full(len(model.names) + 1, -0.5), ("mains_hum.second_odd",))
     assert values["mains_hum.second_odd"] < 0
     assert (model.members[signed].kind, model.members[other].kind) == ("linear", "log")

@@ -314,11 +314,17 @@ def hum(phase, size):
     ("key", "values", "expected"),
     [
         ("force_gain", {"gain": 0.05}, lambda t, x, v, a, f: 1.05 * f),
+        ("force_gain", {"gain": 0.05, "bend": -0.1}, lambda t, x, v, a, f: f + 0.05 * f * (1 - 0.1 * abs(f))),
         ("force_offset", {"offset": 0.4}, lambda t, x, v, a, f: f + 0.4),
         ("force_drift", {"rate": 0.3}, lambda t, x, v, a, f: f + 0.3 * t),
         ("force_drift", {"rate": 0.3, "time": 1.5}, lambda t, x, v, a, f: f + 0.45 * (1 - np.exp(-t / 1.5))),
         ("force_inertia", {"mass": 0.1}, lambda t, x, v, a, f: f + 0.1 * a),
         ("force_position_crosstalk", {"slope": 30.0}, lambda t, x, v, a, f: f + 30.0 * x),
+        (
+            "force_position_crosstalk",
+            {"slope": 30.0, "bend": 50.0},
+            lambda t, x, v, a, f: f + 30.0 * x * (1 + 50.0 * abs(x)),
+        ),
         (
             "mains_hum",
             {"cosine": 0.1, "sine": 0.2, "frequency": 50.0},
@@ -342,10 +348,12 @@ def test_what_has_no_memory_reads_its_formula(key, values, expected):
     np.testing.assert_allclose(seen.displacement, x, atol=1e-15)
 
 
-def test_the_displacement_is_scaled():
+@pytest.mark.parametrize("bend", [0.0, -40.0])
+def test_the_displacement_is_scaled(bend):
     motion = moving(lambda t: 0.01 * jnp.sin(7.0 * t))
-    seen = recorded(instrument("displacement_gain", gain=0.02), sine(3.0), motion)
-    np.testing.assert_allclose(seen.displacement, 1.02 * 0.01 * np.sin(7.0 * TIME), atol=1e-15)
+    seen = recorded(instrument("displacement_gain", gain=0.02, bend=bend), sine(3.0), motion)
+    x = 0.01 * np.sin(7.0 * TIME)
+    np.testing.assert_allclose(seen.displacement, x + 0.02 * x * (1 + bend * np.abs(x)), atol=1e-15)
     np.testing.assert_allclose(seen.friction, np.asarray(sine(3.0)(TIME)), atol=1e-15)
 
 
