@@ -18,7 +18,10 @@ SETTLE = 3
 HOPELESS = 2.0
 """A search that is not on its way to less than so many times the lowest cost is given up."""
 HIDDEN, NOTABLY = 2, 0.97
-"""So many more go to the end that leave less of a typical lane, by this factor, though more of all."""
+"""So many more go to the end that leave less of a typical lane, by this factor, though more of all,"""
+HARDLY_MORE, LOST = 1.1, 1.5
+"""or hardly more than the least, by this factor, where all lanes leave so many times as much as a typical
+one."""
 
 
 def final(
@@ -55,13 +58,19 @@ def final(
 def hidden_by_lost_lanes(
     heat: Bench, tried: Sequence[Explanation], best: Sequence[Explanation]
 ) -> Sequence[Explanation]:
-    """Those that a few lost lanes hide: what leaves less of a typical lane than any of the best."""
+    """Those that a few lost lanes hide: what leaves less of a typical lane than any of the best, or is
+    another effect, as good in such a lane, that has lost some."""
 
     def typical(e: Explanation) -> float:
         return e.refit.typical(heat)
 
-    least = min(map(typical, best), default=0.0)
-    less = sorted((e for e in tried if typical(e) < NOTABLY * least), key=typical)
+    def hidden(e: Explanation) -> bool:
+        of_lane = typical(e)
+        lost = e.keys not in known and e.refit.misfit > LOST * of_lane
+        return of_lane < NOTABLY * least or (lost and of_lane < HARDLY_MORE * least)
+
+    least, known = min(map(typical, best), default=0.0), {e.keys for e in best}
+    less = sorted((e for e in tried if hidden(e)), key=typical)
     first = {e.keys: e for e in reversed(less)}
     return sorted(first.values(), key=typical)[:HIDDEN]
 

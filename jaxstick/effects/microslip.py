@@ -22,7 +22,6 @@ from jaxstick.parts.contact import (
 )
 from jaxstick.parts.motion import Scalar
 
-
 BEFORE_AND_AFTER = -1.0, 0.0, 1.0
 """Which of the early elements yields before the middle one, and which after it."""
 

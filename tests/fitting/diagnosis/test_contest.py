@@ -89,7 +89,8 @@ def test_a_long_lag_is_found_that_the_linearised_model_expects_to_be_short():
 
 
 def test_what_lost_lanes_hide_goes_to_the_end_as_well():
-    """What leaves least of a typical lane, an effect once, if that is less than the best leave of one."""
+    """What leaves least of a typical lane, an effect once, if that is less than the best leave of one, or
+    hardly more and some are lost, of an effect that is not among the best anyway."""
 
     def tried(key: str, misfit: float, typical: float) -> Any:
         return SimpleNamespace(keys=(key,), refit=SimpleNamespace(misfit=misfit, typical=lambda _: typical))
@@ -105,6 +106,9 @@ def test_what_lost_lanes_hide_goes_to_the_end_as_well():
     heat: Any = None
     assert hidden_by_lost_lanes(heat, [*others, *best], best) == [others[1], others[3]]
     assert hidden_by_lost_lanes(heat, best, best) == []
+    near, none_lost, again = tried("near", 2.0, 0.85), tried("whole", 1.2, 0.85), tried("next", 3.0, 0.82)
+    assert hidden_by_lost_lanes(heat, [*best, others[2], near, none_lost, again], best) == [others[2], near]
+    assert hidden_by_lost_lanes(heat, [*best, tried("worse", 2.0, 0.9)], best) == []
 
 
 def test_an_effect_is_found_afresh_where_its_lack_has_led_the_constants_astray(unrecorded: Unrecorded):
