@@ -142,9 +142,10 @@ class _Split(AbstractContact):
         given = jnp.concatenate([jnp.zeros(1), jnp.cumsum(2 * each * limit)])
         return jnp.max((lost - given) / (1 - each * yielded))
 
-    def _yield(self, rate: Scalar, sense: Array, traction: Traction) -> Array:
+    def _yield(self, rate: Scalar, sense: Scalar, traction: Traction) -> Array:
         """The deflections at which the early elements yield [m], each with a sense of its own."""
-        limit = jnp.where(sense > 0, traction.limit(rate, 1.0), traction.limit(rate, -1.0))
+        forward, back = traction.limit(rate, 1.0), traction.limit(rate, -1.0)
+        limit = jnp.where(jnp.asarray(sense) > 0, forward, back)
         return self.earlier * limit / self.k1
 
     def _later(self, traction: Traction) -> Traction:
