@@ -16,7 +16,7 @@ from fitting.blind.formulation import Floats, Formulation, RunFacts, Shape, Sign
 from fitting.blind.menu import FAMILIES, aliases, formulation
 from fitting.blind.scales import Scales
 from fitting.blind.seeds import stream
-from fitting.blind.strength import STRONG, WEAK
+from fitting.blind.strength import TIMES
 from jaxstick.errors import UserError
 
 SPIKES = (
@@ -134,9 +134,7 @@ def spiked_case(
         effect = formulation(*spike)
         scales = _scales(source, signals)
         shape = effect.shape(scales, random)
-        wanted = between(
-            random, *(settings.spike_times or (STRONG if settings.strength == "strong" else WEAK))
-        )
+        wanted = between(random, *(settings.spike_times or TIMES[settings.strength]))
         sign = -1.0 if effect.signed and random.random() < 0.5 else 1.0
         strength = effect.typical(scales)
         opened = 0.0

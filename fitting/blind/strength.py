@@ -12,11 +12,8 @@ from fitting.blind.menu import HIDDEN_BY_RIG
 from fitting.blind.recipe import Chosen, Recipe
 from fitting.blind.scales import Scales
 
-STRONG = (3.0, 30.0)
-"""Gaps over the noise of strong effects."""
-
-WEAK = (0.5, 8.0)
-"""Gaps over the detection limit of weak effects."""
+TIMES = {"strong": (3.0, 30.0), "weak": (0.5, 8.0)}
+"""Between how many times what the gap lies: the noise for strong effects, the detection limit for weak."""
 
 EVALUATIONS = 6
 CLOSE = 1.2
@@ -58,7 +55,7 @@ def size_effect(
     sign = -1.0 if effect.signed and random.random() < 0.5 else 1.0
     least, most = effect.least(scales), effect.most(scales)
     fixed = mode == "weak" and least > 0.0
-    wanted = between(random, *(STRONG if mode == "strong" else WEAK))
+    wanted = between(random, *TIMES[mode])
     strength = 0.5 * least * wanted if fixed else float(np.clip(effect.typical(scales), least, most))
     if mode == "weak":
         least, wanted = 0.0, wanted * detection_limit(recipe)

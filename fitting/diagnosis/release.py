@@ -1,5 +1,5 @@
-"""Lanes caught on the wrong side of an event are freed: settled again from where the lane before each
-passes by, or from many starts."""
+"""Lanes caught on the wrong side of an event are freed: each settled by itself, and what is still lost again
+from where the lane before it passes by, or from many starts."""
 
 from __future__ import annotations
 
@@ -38,8 +38,9 @@ def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: b
     """The refit with its lost lanes freed and everything fitted once more, and once again where that has
     helped; the same where none is better.
 
-    At the unknowns as they are, each lost lane goes on where the lane before it passes by, or else starts
-    again from points scattered around what the record says.
+    At the unknowns as they are, every lane settles by itself: a search takes or leaves the steps of all lanes
+    together, so that a few at an event hold up the others. Each that is lost then goes on where the lane
+    before it passes by, or else starts again from points scattered around what the record says.
     """
     for turn in range(TURNS):
         before, found = fit.misfit, _released(model, bench, fit, seed + turn, wander)
@@ -51,8 +52,10 @@ def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: b
 
 
 def _released(model: Model, bench: Bench, fit: Refit, seed: int, wander: bool) -> Refit:
-    lost = _lost(bench, fit)
-    own, cost = fit.point.own.copy(), fit.cost.copy()
+    own, costs = settled(model, bench, fit.point)
+    stays = (own == fit.point.own).all(1)
+    cost = np.where(stays, fit.cost, costs)
+    lost = _lost(bench, dataclasses.replace(fit, cost=cost))
 
     def tried(some: np.ndarray, begin: np.ndarray) -> np.ndarray:
         """Settles starts (tries, lanes, 5) of some lanes, takes those that are better, and says which lanes
