@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,6 +29,9 @@ MANY = 0.2
 """Where more than this share of the lanes is lost, the model is wrong rather than its starts."""
 BETTER = 0.9
 TURNS = 2
+LEAST_GAIN = 1e-3
+"""What lanes have to gain by settling each by itself, as a share of their cost, for everything to be fitted
+once more."""
 WORTHWHILE = 0.98
 """What a first turn has to leave of the misfit for there to be a second one."""
 A_LITTLE = 1e-3
@@ -52,9 +56,11 @@ def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: b
 
 
 def _released(model: Model, bench: Bench, fit: Refit, seed: int, wander: bool) -> Refit:
-    own, costs = settled(model, bench, fit.point)
-    stays = (own == fit.point.own).all(1)
-    cost = np.where(stays, fit.cost, costs)
+    own, cost = fit.point.own.copy(), fit.cost.copy()
+    alone = _settled(model, bench, fit.point, ITERATIONS)
+    gain = alone.before - alone.cost
+    if gain.sum() > LEAST_GAIN * alone.before.sum():
+        own, cost = alone.own.copy(), np.where(gain > 0, alone.cost, cost)
     lost = _lost(bench, dataclasses.replace(fit, cost=cost))
 
     def tried(some: np.ndarray, begin: np.ndarray) -> np.ndarray:
@@ -145,8 +151,22 @@ def settled(
     model: Model, bench: Bench, point: Point, iterations: int = ITERATIONS
 ) -> tuple[np.ndarray, np.ndarray]:
     """What is best for every lane by itself at given unknowns, and its cost."""
+    found = _settled(model, bench, point, iterations)
+    return found.own, found.cost
+
+
+class _Settled(NamedTuple):
+    """What is best for every lane by itself (lanes, 5), its cost, and what it cost before."""
+
+    own: np.ndarray
+    cost: np.ndarray
+    before: np.ndarray
+
+
+def _settled(model: Model, bench: Bench, point: Point, iterations: int) -> _Settled:
     own, damping = point.own, np.full(len(bench.lanes), 1e-3)
     gradient, curvature, cost = _own_terms(model, bench, point)
+    before = cost
     for _ in range(iterations):
         damped = curvature * (1 + damping[:, None, None] * np.eye(OWN))
         trial = own - np.linalg.solve(damped, gradient[:, :, None])[:, :, 0]
@@ -157,7 +177,7 @@ def settled(
         curvature = np.where(better[:, None, None], found[1], curvature)
         cost = np.where(better, found[2], cost)
         damping = np.clip(np.where(better, 0.1 * damping, 8 * damping), 1e-9, 1e9)
-    return own, cost
+    return _Settled(own, cost, before)
 
 
 def all_settled(model: Model, bench: Bench, points: Sequence[Point]) -> list[Point]:
