@@ -25,9 +25,10 @@ class DisplacementGain(AbstractEffect):
         "percentage in every run and phase, while the force fits.",
         explanation=(
             "The calibration factor of the displacement transducer is wrong, or the transducer is mounted at "
-            "an angle or on a lever. With free constants the friction law adapts its B and D; mass, damping "
-            "and stiffness would have to change together. A wrong scale of the force does the same to the "
-            "balance of forces, and only a static calibration of one of the two tells them apart."
+            "an angle or on a lever, where the scale changes along the stroke (bend). With free constants "
+            "the friction law adapts its B and D; mass, damping and stiffness would have to change together. "
+            "A wrong scale of the force does the same to the balance of forces, and only a static "
+            "calibration of one of the two tells them apart."
         ),
         remedy="Calibrate the transducer with gauge blocks or a micrometer over the whole stroke, in the "
         "place where it is mounted.",

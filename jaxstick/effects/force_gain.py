@@ -28,7 +28,8 @@ class ForceGain(AbstractEffect):
             "The calibration factor of the force channel is wrong: a gauge factor, a bridge supply or an "
             "amplifier range was entered wrongly, a load path past the gauges takes its share, or the "
             "calibration was done at another point of the table. The friction constants come out off by the "
-            "same percentage. A wrong scale of the displacement or a wrong mass looks alike, so that only a "
+            "same percentage. Where the channel is not linear, the percentage grows or falls with the force "
+            "(bend). A wrong scale of the displacement or a wrong mass looks alike, so that only a "
             "mass and a stiffness known from elsewhere tell them apart."
         ),
         remedy="Load the force table with known weights over a pulley, along the guide and at the height of "

@@ -26,7 +26,8 @@ class ForcePositionCrosstalk(AbstractEffect):
         "when the sliding reverses: both plateaus are tilted the same way over the stroke.",
         explanation=(
             "The slider's weight travels along the force table and bends its cantilevers differently at each "
-            "end, or a cable or a leaf spring joins the slider to the table. In the equation of motion the "
+            "end, or a cable or a leaf spring joins the slider to the table, which may stiffen along the way "
+            "(bend). In the equation of motion the "
             "same tilt looks like a wrong stiffness, so it is the force against displacement in slip that "
             "tells. Friction that depends on the position tilts the two plateaus against each other."
         ),

@@ -44,8 +44,9 @@ class Microslip(AbstractEffect):
         ),
         explanation=(
             "The contact is many asperities and the pressure is uneven: the lightly loaded ones slide while "
-            "the rest still hold. The contact creeps a little before it breaks away, and small oscillations "
-            "in stick die down by friction, the larger the faster."
+            "the rest still hold, all at once or one after another (spread). The contact creeps a little "
+            "before it breaks away, and small oscillations in stick die down by friction, the larger the "
+            "faster."
         ),
         remedy=(
             "Load the slider slowly to half its static friction and back, recording force and displacement "
