@@ -66,7 +66,7 @@ def trend_of(model: Model, bench: Bench, at: Refit, keys: Sequence[str]) -> Tren
     which that is news; None where none surely does."""
     present = set(model.free_effects(at.free))
     lasting = {key for key in keys if not model.shelf.effects[key].changes}
-    groups = [tuple(key for key in group if key in lasting) for group in model.groups()]
+    groups = [tuple(key for key in group if key in lasting) for group in model.sharing.groups]
     groups = [group for group in groups if group]
     ordered = [key for group in groups for key in group]
     if not ordered:

@@ -152,7 +152,7 @@ def carried(fit: Refit, model: Model, other: Model) -> Refit:
     coordinates = other.origin({})
     shared = [name for name in model.names if name in other.names]
     coordinates[other.index(*shared)] = fit.point.coordinates[model.index(*shared)]
-    attached = other.together(model.free_effects(fit.free))
+    attached = other.sharing.together(model.free_effects(fit.free))
     own = [model.names[i] for i in fit.free if model.names[i] not in model.common]
     free = within_columns(other, other.nuisances(), other.index(*own))
     return dataclasses.replace(

@@ -64,7 +64,7 @@ def diagnose(
     fitting = Settings(seed=settings.seed, workers=settings.workers)
     problem = pose(every, fitting)
     model = Model(problem, settings.workers)
-    base = ground(problem, model, fitting, progress, model.groups())
+    base = ground(problem, model, fitting, progress, model.sharing.groups)
     inquiry = _inquired(Chosen(problem, model, base), held_out, settings, progress)
     chosen, bench, held = inquiry.chosen, inquiry.bench, inquiry.held
     problem, model, base = chosen.problem, chosen.model, chosen.ground

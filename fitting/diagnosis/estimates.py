@@ -12,7 +12,8 @@ import numpy as np
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.confidence import deviations
 from fitting.diagnosis.findings import Parameter
-from fitting.diagnosis.model import RIG_TOLERANCE, Model
+from fitting.diagnosis.freedom import RIG_TOLERANCE
+from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit
 from fitting.result import Constant
 from fitting.unknowns import RIG

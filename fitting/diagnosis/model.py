@@ -8,7 +8,7 @@ import contextlib
 import dataclasses
 import math
 import threading
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple, TypeVar
 
@@ -17,41 +17,24 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.diagnosis.columns import Columns
+from fitting.diagnosis.freedom import contact_unknowns, effect_unknown, rig_unknowns
 from fitting.diagnosis.programs import COLUMNS, columns, prediction
 from fitting.diagnosis.roomy import Roomy
+from fitting.diagnosis.sharing import Sharing
 from fitting.diagnosis.wander import OWN
 from fitting.lanes import Lanes
-from fitting.problem import Problem, natural_size
+from fitting.problem import Problem
 from fitting.unknowns import RIG, Chart, Unknown
 from jaxstick.catalogue import catalogue
 from jaxstick.effect import AbstractEffect
 from jaxstick.hypothesis import Hypothesis, effects_at_null
-from jaxstick.parameter import Place, find, parameters
+from jaxstick.parameter import parameters
 
-GROUP = 8
-"""So many effects at most share a program: the more, the fewer programs, and the longer each takes to run."""
-FEW = 5
-"""So many effects are compiled sooner, and run faster, by themselves than with the whole shelf."""
 PACK = 16
 """So many lanes go through a program together: with more, small data sets fill packs with lanes that do not
 count; with fewer, all take longer."""
 KEPT = 16
 """So many benches' lanes are kept as programs take them."""
-FAR, STRENGTH_FREEDOM = 40.0, 10.0
-"""Bounds and standard deviation of a strength, in typical sizes;"""
-NEARLY_ALL, DOUBT = 0.9, 0.1
-"""or at least these shares of what the rig has of the same kind: friction, by which sizes go, may be
-small."""
-SHAPE_FREEDOM = 1.5
-RIG_TOLERANCE = {
-    "mass": (0.01, 0.025),
-    "stiffness": (0.004, 0.01),
-    "drive_stiffness": (0.004, 0.01),
-    "damping": (0.2, 2.0),
-}
-"""By what share a stated property of the rig may be off without that being called an effect: one standard
-deviation, and at most. Damping is hardly ever known well."""
-CONTACT_FREEDOM = 0.5
 LEVEL_TOLERANCE = 0.15
 """By what share the friction of one run may differ from the others' (one standard deviation)."""
 
@@ -124,11 +107,11 @@ class Model:
         by_run: list[str] = []
         parts: list[str] = []
         self.constants = tuple(unknown.name for unknown in members)
-        members += [*_rig_unknowns(problem), *_contact_unknowns(problem)]
+        members += [*rig_unknowns(problem), *contact_unknowns(problem)]
         self.common = tuple(unknown.name for unknown in members)
         for key, effect in effects.items():
             places = list(parameters(effect))
-            own = [_effect_unknown(f"{key}.{place.path[-1]}", effect, place, problem) for place in places]
+            own = [effect_unknown(f"{key}.{place.path[-1]}", effect, place, problem) for place in places]
             kinds = {u.name: place.parameter for u, place in zip(own, places, strict=True)}
             strengths[key] = tuple(name for name, kind in kinds.items() if kind.null is not None)
             shapes[key] = tuple(
@@ -143,6 +126,7 @@ class Model:
             members += own
         traces = {key: effect.traces_seen(problem.friction_recorded) for key, effect in shelf.items()}
         self.shelf = Shelf(shelf, strengths, shapes, traces)
+        self.sharing = Sharing.of(shelf)
         self._friction_recorded = problem.friction_recorded
         self.parts = frozenset(parts)
         self.members = tuple(members)
@@ -157,41 +141,6 @@ class Model:
         self._known: dict[tuple[str, ...], tuple[Hypothesis, Chart, np.ndarray]] = {}
         self._roomy: collections.OrderedDict[int, Roomy] = collections.OrderedDict()
         self._using = threading.Lock()
-
-    def groups(self) -> list[tuple[str, ...]]:
-        """The shelf in groups of effects that share one compiled program: of one family, a few each, so that
-        an effect costs little where it is not meant."""
-        by_family: dict[str, list[str]] = {}
-        for key, effect in self.shelf.effects.items():
-            by_family.setdefault(effect.card.family, []).append(key)
-        return [
-            tuple(part.tolist())
-            for keys in by_family.values()
-            for part in np.array_split(np.array(keys), -(-len(keys) // GROUP))
-        ]
-
-    def whole(self) -> tuple[str, ...]:
-        """The whole shelf, in the order of its groups."""
-        return tuple(key for group in self.groups() for key in group)
-
-    def together(self, keys: Collection[str]) -> tuple[str, ...]:
-        """These effects and no others attached, each once and in one order, so that one program serves."""
-        return tuple(key for key in self.whole() if key in keys)
-
-    def attached(self, keys: Sequence[str]) -> tuple[str, ...]:
-        """What is attached where these effects are fitted: a single one comes with its group, whose program
-        serves the screening, too; several come alone, for a program of two effects is compiled soon, and runs
-        several times as fast as one of two groups."""
-        alone = self.together(keys)
-        return next(group for group in self.groups() if keys[0] in group) if len(alone) == 1 else alone
-
-    def showing(self, wanted: Collection[str], present: Collection[str]) -> tuple[str, ...]:
-        """What is attached to see what effects would do beside those that are `present`: their group where
-        all belong to one, no more than these where they are few, and else the whole shelf, for one program
-        that shows everything beside anything is compiled sooner than many that show a few."""
-        both = self.together([*wanted, *present])
-        among = next((group for group in self.groups() if {*both} <= {*group}), None)
-        return both if {*wanted} <= {*present} else among or (both if len(both) <= FEW else self.whole())
 
     def effect(self, key: str) -> AbstractEffect:
         """An effect of the shelf at null."""
@@ -390,70 +339,6 @@ def _whole(packs: Sequence[Sequence[np.ndarray]]) -> np.ndarray:
         np.concatenate(parts, axis=1, out=whole[first : first + len(parts[0])])
         first += len(parts[0])
     return whole
-
-
-def _rig_unknowns(problem: Problem) -> list[Unknown]:
-    rig = problem.dataset.rig
-    found = []
-    for name, (share, most) in RIG_TOLERANCE.items():
-        value = getattr(rig, name)
-        if value > 0:
-            found.append(
-                Unknown(
-                    f"{RIG}{name}",
-                    find(problem.hypothesis.nominal, f"{RIG}{name}").parameter.unit,
-                    value / (1 + most),
-                    value * (1 + most),
-                    "log",
-                    1.0,
-                    value,
-                    share * value,
-                )
-            )
-    return found
-
-
-def _contact_unknowns(problem: Problem) -> list[Unknown]:
-    """What a contact that gives way gradually has besides its stiffness."""
-    return [
-        Unknown(
-            f"contact.{place.path[-1]}",
-            place.parameter.unit,
-            place.parameter.lower,
-            place.parameter.upper,
-            "linear",
-            1.0,
-            place.parameter.typical,
-            CONTACT_FREEDOM,
-        )
-        for place in parameters(problem.hypothesis.nominal.contact)
-        if place.path[-1] != "k1"
-    ]
-
-
-def _effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Problem) -> Unknown:
-    kind = place.parameter
-    natural = natural_size(kind.unit, problem.scale, problem.period)
-    if kind.null is not None:
-        scale = (kind.typical or 1.0) * natural
-        whole = _of_the_rig(kind.unit, problem)
-        reach, freedom = max(FAR * scale, NEARLY_ALL * whole), max(STRENGTH_FREEDOM * scale, DOUBT * whole)
-        lower, upper = max(kind.lower, -reach), min(kind.upper, reach)
-        return Unknown(name, kind.unit, lower, upper, "linear", scale, 0.0, freedom)
-    typical = kind.typical * natural if kind.typical else float(place.of(effect))
-    if kind.signed:
-        lower, upper = max(kind.lower, -FAR * typical), min(kind.upper, FAR * typical)
-        return Unknown(name, kind.unit, lower, upper, "linear", typical, 0.0, SHAPE_FREEDOM * typical)
-    less, more = kind.span
-    lower, upper = max(kind.lower, typical / less), min(kind.upper, typical * more)
-    centre = float(np.clip(typical, lower, upper))
-    return Unknown(name, kind.unit, lower, upper, "log", 1.0, centre, SHAPE_FREEDOM * centre)
-
-
-def _of_the_rig(unit: str, problem: Problem) -> float:
-    """What the rig has of a quantity: nothing, but for mass, stiffness and damping."""
-    rig = problem.dataset.rig
-    return {"kg": rig.mass, "N/m": rig.stiffness, "N s/m": rig.damping}.get(unit, 0.0)
 
 
 def _bound(unknown: Unknown, value: float) -> float:

@@ -63,14 +63,14 @@ class Refit:
 
     def showing(self, model: Model, wanted: Collection[str]) -> Refit:
         """The same, with attached what shows what these effects would do beside its own."""
-        attached = model.showing(wanted, model.free_effects(self.free))
+        attached = model.sharing.seen(wanted, model.free_effects(self.free))
         return dataclasses.replace(self, point=dataclasses.replace(self.point, keys=attached))
 
     def stripped(self, model: Model, keys: Sequence[str]) -> Refit:
         """Where a refit without some of its effects begins: these at null and not free. Costs and misfit are
         still those with them."""
         free = self.free[~np.isin(self.free, np.concatenate([model.of(key) for key in keys]))]
-        attached = model.attached(model.free_effects(free))
+        attached = model.sharing.fitted(model.free_effects(free))
         point = dataclasses.replace(self.point.without(model, keys), keys=attached)
         return dataclasses.replace(self, point=point, free=free)
 

@@ -125,7 +125,7 @@ def screen(
     `instead_of`: an effect of the hypothesis that its free unknowns do not count; what it does, to first
     order, is added to what the others have to explain."""
     present = model.free_effects(at.free)
-    among = [group for group in model.groups() if not own_group or {*at.point.keys} & {*group}]
+    among = [group for group in model.sharing.groups if not own_group or {*at.point.keys} & {*group}]
     if at.point.keys:
         among = [tuple(key for group in among for key in group)]
     wanted = {*(model.shelf.effects if only is None else only)} - {*present}

@@ -59,7 +59,7 @@ class Start(NamedTuple):
 def start(model: Model, base: Refit, promise: Promise, point: Point) -> Start:
     """A start of a promise on top of the effects that the base has, at a point of the base's lanes."""
     keys = *model.free_effects(base.free), promise.key
-    point = dataclasses.replace(point, keys=model.attached(keys))
+    point = dataclasses.replace(point, keys=model.sharing.fitted(keys))
     return Start(promise, keys, point, within_columns(model, base.free, model.of(promise.key)))
 
 

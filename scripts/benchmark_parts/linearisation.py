@@ -39,9 +39,9 @@ def linearised(repeats: int, groups: int | None = None) -> list[Linearised]:
     """Times on one core: the nominal model, two effects as a refit has them, every group of effects that
     shares a program, or so many of them, and the whole shelf unless only so many groups are asked for."""
     model, bench, point = _laid_out()
-    first, second, *_ = model.groups()
-    two = model.attached((first[0], second[0]))
-    attached = [(), two, *model.groups()[:groups], *([model.whole()] if groups is None else [])]
+    first, second, *_ = model.sharing.groups
+    two = model.sharing.fitted((first[0], second[0]))
+    attached = [(), two, *model.sharing.groups[:groups], *([model.sharing.whole] if groups is None else [])]
     candidates = {"+".join(keys): _linearisation(model, bench, point, keys) for keys in attached}
     begun = {name: _duration(candidate) for name, candidate in candidates.items()}
     times = fastest(candidates, repeats)

@@ -54,7 +54,7 @@ def grounded_on(runs: Sequence[Run]) -> tuple[Problem, Model, Ground]:
 
 def with_effect(model: Model, base: Ground, nominal: Refit, key: str) -> Refit:
     """The nominal model's refit with an effect of the shelf let free."""
-    point = dataclasses.replace(nominal.point, keys=model.together((key,)))
+    point = dataclasses.replace(nominal.point, keys=model.sharing.together((key,)))
     (found,) = refit(model, base.bench, [point], [np.concatenate([nominal.free, model.of(key)])])
     return found
 
@@ -76,7 +76,7 @@ def screened(times: float = 1.0, dry: float = 0.0) -> Screened:
     noise = Noise(times * NOISE.displacement, times * NOISE.friction)
     exact = own_run(SineDrive(1.5, 10.325e-3), effects={UNEVEN: AsymmetricFriction(dry, 0.0)}, samples=600)
     model, bench = laid_out(dataset(noisy(exact, np.random.default_rng(4), noise), noise=noise))
-    fit = from_the_truth(model, bench, model.together((UNEVEN,)), model.origin(TRUTH))
+    fit = from_the_truth(model, bench, model.sharing.together((UNEVEN,)), model.origin(TRUTH))
     return Screened(model, bench, fit, screen(model, bench, fit, own_group=True, shapes=[]))
 
 

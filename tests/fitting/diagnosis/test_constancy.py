@@ -45,7 +45,7 @@ def late(request: pytest.FixtureRequest) -> tuple[float, Trend | None, Trend | N
     _, model, base = grounded_on(runs)
     bench, constants = base.bench, model.index(*model.constants)
     (nominal,) = refit(model, bench, [base.point], [constants])
-    point = dataclasses.replace(nominal.point, keys=model.together((KEY,)))
+    point = dataclasses.replace(nominal.point, keys=model.sharing.together((KEY,)))
     (named,) = refit(model, bench, [point], [np.concatenate([constants, model.of(KEY)])])
     unnamed = trend_of(model, bench, nominal, (KEY, "force_gain", "quadratic_drag"))
     return rate, unnamed, trend_of(model, bench, named, (KEY,))
@@ -67,7 +67,7 @@ def test_what_leaves_no_trace_does_not_change():
     """A fault of the force sensor where no force was recorded."""
     run = dataclasses.replace(own_run(SineDrive(1.5, 10.325e-3), samples=600), friction=None)
     model, bench = laid_out(dataset(run))
-    fit = from_the_truth(model, bench, model.together((KEY,)), model.origin(TRUTH))
+    fit = from_the_truth(model, bench, model.sharing.together((KEY,)), model.origin(TRUTH))
     assert trend_of(model, bench, fit, (KEY,)) is None
 
 

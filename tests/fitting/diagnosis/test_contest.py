@@ -51,7 +51,7 @@ def unrecorded() -> Unrecorded:
     effects = {UNEVEN: AsymmetricFriction(DRY, 0.0)}
     runs = noisy_runs({0.6: effects, 1.5: effects, 2.1: effects}, 3)
     model, bench = laid_out(dataset(*(dataclasses.replace(run, friction=None) for run in runs)))
-    nominal = from_the_truth(model, bench, model.together((UNEVEN,)), model.origin(ASTRAY))
+    nominal = from_the_truth(model, bench, model.sharing.together((UNEVEN,)), model.origin(ASTRAY))
     seen = screen(model, bench, nominal, own_group=True, shapes=[])
     return Unrecorded(model, bench, nominal, next(p for p in seen.promises if p.key == UNEVEN))
 
@@ -76,7 +76,7 @@ def test_what_ends_above_the_model_that_it_contains_begins_once_more_at_null(unr
 def test_a_long_lag_is_found_that_the_linearised_model_expects_to_be_short():
     effects = {LAGS: FrictionalMemory(LONG_LAG)}
     model, bench = laid_out(dataset(*noisy_runs(dict.fromkeys((0.6, 1.5, 2.1), effects), 3)))
-    nominal = from_the_truth(model, bench, model.together((LAGS,)), model.origin(TRUTH))
+    nominal = from_the_truth(model, bench, model.sharing.together((LAGS,)), model.origin(TRUTH))
     seen = screen(model, bench, nominal, own_group=True, shapes=[])
     (promise,) = (p for p in seen.promises if p.key == LAGS)
 
@@ -135,7 +135,7 @@ def test_an_effect_that_shows_nothing_at_null_is_tried_outright():
     """The force channel has a play of a third of the friction: at null no play does anything."""
     play = {PLAY: ForceHysteresis(0.3 * TRUTH["C"])}
     model, bench = laid_out(dataset(*noisy_runs({0.9: play, 2.1: play}, 6)))
-    nominal = from_the_truth(model, bench, model.together((PLAY,)), model.origin(TRUTH))
+    nominal = from_the_truth(model, bench, model.sharing.together((PLAY,)), model.origin(TRUTH))
     promises = screen(model, bench, nominal, own_group=True, shapes=[]).promises
     found = outright(model, bench, nominal, promises, len(promises), Silent())
     best = min(found, key=lambda e: e.refit.misfit)
@@ -147,7 +147,7 @@ def test_an_effect_that_shows_nothing_at_null_is_tried_outright():
 def test_a_fault_of_a_sensor_that_was_not_there_is_not_tried_outright():
     runs = [dataclasses.replace(run, friction=None) for run in noisy_runs({0.9: {}, 2.1: {}}, 6)]
     model, bench = laid_out(dataset(*runs))
-    nominal = from_the_truth(model, bench, model.together((PLAY,)), model.origin(TRUTH))
+    nominal = from_the_truth(model, bench, model.sharing.together((PLAY,)), model.origin(TRUTH))
     promises = screen(model, bench, nominal, own_group=True, shapes=[]).promises
     faults = [promise for promise in promises if promise.key in (PLAY, "force_lowpass")]
     assert len(faults) == 2 and outright(model, bench, nominal, faults, 2, Silent()) == []
@@ -156,7 +156,7 @@ def test_a_fault_of_a_sensor_that_was_not_there_is_not_tried_outright():
 def test_an_effect_of_either_sign_is_tried_outright_with_both():
     uneven = {UNEVEN: AsymmetricFriction(-DRY, 0.0)}
     model, bench = laid_out(dataset(*noisy_runs({0.9: uneven, 2.1: uneven}, 7)))
-    nominal = from_the_truth(model, bench, model.together((UNEVEN,)), model.origin(ASTRAY))
+    nominal = from_the_truth(model, bench, model.sharing.together((UNEVEN,)), model.origin(ASTRAY))
     seen = screen(model, bench, nominal, own_group=True, shapes=[])
     promise = next(p for p in seen.promises if p.key == UNEVEN)
     (found,) = outright(model, bench, nominal, [promise], 1, Silent())

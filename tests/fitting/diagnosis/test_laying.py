@@ -76,7 +76,7 @@ def test_starts_do_not_hold_a_gain_to_nothing():
     gain, noise = 0.06, Noise(displacement=1e-6, friction=0.03)
     exact = own_run(SineDrive(1.5, 10.325e-3), effects={"gain": DisplacementGain(gain)}, samples=1000)
     model, bench = laid_out(dataset(noisy(exact, np.random.default_rng(3), noise), noise=noise))
-    keys, name = model.together(("displacement_gain",)), "displacement_gain.gain"
+    keys, name = model.sharing.together(("displacement_gain",)), "displacement_gain.gain"
     begin = from_the_truth(model, bench, keys, model.origin(TRUTH))
     free = np.concatenate([model.nuisances(), model.of("displacement_gain")])
     (found,) = refit(model, bench, [begin.point], [free], wander=False)

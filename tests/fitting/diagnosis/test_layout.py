@@ -46,7 +46,7 @@ def hummed() -> Hummed:
     """Two runs with hum at 50 Hz, and the refit of it that the screening leads to."""
     runs = noisy_runs({f: {HUM: MainsHum(*hum)} for f, hum in PHASES.items()}, 5)
     model, bench = laid_out(dataset(*runs))
-    nominal = from_the_truth(model, bench, model.together((HUM,)), model.origin(TRUTH))
+    nominal = from_the_truth(model, bench, model.sharing.together((HUM,)), model.origin(TRUTH))
     seen = screen(model, bench, nominal, own_group=True)
     promise = next(promise for promise in seen.promises if promise.key == HUM)
     approach = Approach((1.0,), np.inf, False, False, False)

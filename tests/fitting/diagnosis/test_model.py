@@ -42,7 +42,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> queue.Queue[Any]:
 
 def test_what_is_compiled_ahead_is_what_is_used(laid, asked):
     model, bench = laid
-    groups, count = model.groups()[:2], len(bench.lanes)
+    groups, count = model.sharing.groups[:2], len(bench.lanes)
     with model.ahead(bench.lanes, groups):
         ahead = [asked.get(timeout=30) for _ in groups]
     each, own = np.tile(model.origin(TRUTH), (count, 1)), np.asarray(bench.lanes.start)
@@ -81,20 +81,6 @@ def test_a_shape_that_may_go_either_way_is_searched_about_nought(laid):
 def test_one_core_has_no_time_for_that(laid, asked, monkeypatch):
     model, bench = laid
     monkeypatch.setattr(model, "workers", 1)
-    with model.ahead(bench.lanes, model.groups()):
+    with model.ahead(bench.lanes, model.sharing.groups):
         pass
     assert asked.empty()
-
-
-def test_no_more_is_attached_than_is_fitted_or_looked_at(laid):
-    """One effect comes with the group that it was screened in, two come alone; many are looked at beside
-    others with the whole shelf attached, a few without."""
-    model, _ = laid
-    first, second = model.groups()[:2]
-    assert model.attached(first[:1]) == first and model.attached(()) == ()
-    two = (second[0], first[0])
-    assert model.attached(two) == model.together(two) == (first[0], second[0])
-    assert model.showing(first[1:], first[:1]) == first
-    assert model.showing(second[:1], two) == model.together(two)
-    assert model.showing(second[1:2], two) == (first[0], *second[:2])
-    assert model.showing(second, first[:1]) == model.whole() == tuple(k for g in model.groups() for k in g)

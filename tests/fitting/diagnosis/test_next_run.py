@@ -50,7 +50,7 @@ def seen() -> Seen:
     acting = {UNEVEN: AsymmetricFriction(DRY, 0.0)}
     stated = dataset(*noisy_runs(dict.fromkeys((SLOW, FAST), acting), 7))
     model, bench = laid_out(stated)
-    keys, begin = model.together((UNEVEN, RIVAL)), model.origin(TRUTH)
+    keys, begin = model.sharing.together((UNEVEN, RIVAL)), model.origin(TRUTH)
     point = Point(
         keys,
         begin,

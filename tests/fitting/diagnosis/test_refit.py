@@ -119,7 +119,7 @@ def test_the_shape_of_an_effect_is_told_where_it_acts(weakening):
     there is none."""
     effects = {"slip_weakening": SlipWeakening(weakening)}
     model, bench = laid_out(dataset(*noisy_runs({1.5: effects}, 3)))
-    fit = from_the_truth(model, bench, model.together(("slip_weakening",)), model.origin(TRUTH))
+    fit = from_the_truth(model, bench, model.sharing.together(("slip_weakening",)), model.origin(TRUTH))
     free = np.concatenate([fit.free, model.of("slip_weakening")])
     (found,) = refit(model, bench, [fit.point], [free], wander=False)
     strength, *shape = (found.told[number] for number in model.of("slip_weakening").tolist())

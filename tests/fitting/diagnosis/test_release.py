@@ -44,7 +44,7 @@ def enlarged() -> tuple[Model, Bench, Refit]:
 
 
 def freed_from_the_truth(model: Model, bench: Bench, keys: tuple[str, ...], coordinates: np.ndarray) -> Refit:
-    attached = model.together(keys) if keys else ()
+    attached = model.sharing.together(keys) if keys else ()
     return released(model, bench, from_the_truth(model, bench, attached, coordinates), wander=False)
 
 

@@ -70,7 +70,7 @@ def test_steps_are_as_fine_as_parameters_ask_for(fitted):
 def test_a_part_of_an_effect_that_is_not_there_is_none():
     """Searched by its logarithm it would end at a hundredth, which the gap and the springs make good."""
     model, bench = loose(DriveBacklash(GAP))
-    keys = model.together(("drive_backlash",))
+    keys = model.sharing.together(("drive_backlash",))
     gap, floating = model.index("drive_backlash.gap", "drive_backlash.floating")
     constants = from_the_truth(model, bench, keys, begun(model, GAP, 0.01))
     free = np.concatenate([constants.free, model.of("drive_backlash")])
@@ -87,7 +87,7 @@ def test_a_part_of_an_effect_that_is_not_there_is_none():
 
 def test_a_part_of_an_effect_that_is_there_stays():
     model, bench = loose(DriveBacklash(GAP, 0.5))
-    keys = model.together(("drive_backlash",))
+    keys = model.sharing.together(("drive_backlash",))
     (floating,) = model.index("drive_backlash.floating")
     constants = from_the_truth(model, bench, keys, begun(model, GAP, 0.5))
     free = np.concatenate([constants.free, model.of("drive_backlash")])

@@ -106,7 +106,7 @@ def test_what_leaves_no_trace_in_these_records_cannot_be_seen():
     seen = {}
     for run in (whole, dataclasses.replace(whole, friction=None)):
         model, bench = laid_out(dataset(run))
-        fit = from_the_truth(model, bench, model.together(GAINS), model.origin(TRUTH))
+        fit = from_the_truth(model, bench, model.sharing.together(GAINS), model.origin(TRUTH))
         usual = screen(model, bench, fit, own_group=True, shapes=[]).usual
         seen[run.friction is not None] = {promise.key: promise.can_be_seen for promise in usual}
     assert seen[True]["force_gain"] and not seen[False]["force_gain"]

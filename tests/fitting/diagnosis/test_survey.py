@@ -54,7 +54,7 @@ def test_an_effect_that_was_only_found_beside_another_is_found_alone(enlarged):
     seen = screen(model, base.bench, nominal, shapes=[])
     promises = {promise.key: promise for promise in seen.promises}
     right = released(model, base.bench, with_effect(model, base, nominal, MATE))
-    company = model.together((MATE, IDLE))
+    company = model.sharing.together((MATE, IDLE))
     point = dataclasses.replace(right.point, keys=company)
     (both,) = refit(model, base.bench, [point], [np.concatenate([right.free, model.of(IDLE)])])
     stuck = dataclasses.replace(nominal, free=right.free)
