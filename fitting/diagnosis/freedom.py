@@ -78,10 +78,10 @@ def effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Pro
         lower, upper = max(kind.lower, -reach), min(kind.upper, reach)
         return Unknown(name, kind.unit, lower, upper, "linear", scale, 0.0, freedom)
     typical = kind.typical * natural if kind.typical else float(place.of(effect))
-    if kind.signed:
-        lower, upper = max(kind.lower, -FAR * typical), min(kind.upper, FAR * typical)
-        return Unknown(name, kind.unit, lower, upper, "linear", typical, 0.0, SHAPE_FREEDOM * typical)
     less, more = kind.span
+    if kind.signed:
+        lower, upper = max(kind.lower, -less * typical), min(kind.upper, more * typical)
+        return Unknown(name, kind.unit, lower, upper, "linear", typical, 0.0, SHAPE_FREEDOM * typical)
     lower, upper = max(kind.lower, typical / less), min(kind.upper, typical * more)
     centre = float(np.clip(typical, lower, upper))
     return Unknown(name, kind.unit, lower, upper, "log", 1.0, centre, SHAPE_FREEDOM * centre)

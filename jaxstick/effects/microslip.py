@@ -22,6 +22,8 @@ from jaxstick.parts.contact import (
 )
 from jaxstick.parts.motion import Scalar
 
+LATEST = 0.8
+"""What yields later than at this share of the limit is how the whole contact breaks away."""
 BEFORE_AND_AFTER = -1.0, 0.0, 1.0
 """Which of the early elements yields before the middle one, and which after it."""
 
@@ -71,7 +73,7 @@ class Microslip(AbstractEffect):
         "1",
         "deflection at which it yields over that of the whole",
         lower=0.02,
-        upper=0.98,
+        upper=LATEST,
         typical=0.5,
         default=0.5,
     )

@@ -15,6 +15,7 @@ from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.model import Job, Model
 from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.wander import OWN
+from jaxstick.parts.bend import SPAN
 from jaxstick.parts.drive import SineDrive
 from tests.fitting.diagnosis.grounded import laid_out
 from tests.fitting.reference_data import TRUTH, dataset, own_run
@@ -70,6 +71,7 @@ def test_a_shape_that_may_go_either_way_is_searched_about_nought(laid):
     signed, other = model.index("mains_hum.second_odd", "periodic_track.wavelength")
     assert model.origin(TRUTH)[signed] == 0
     bend = model.index("force_gain.bend")
+    np.testing.assert_allclose(model.upper[bend], SPAN[1])
     assert all(-np.inf < model.lower[one] == -model.upper[one] < -1 for one in (signed, *bend))
     values = model.values(np.full(len(model.names) + 1, -0.5), ("mains_hum.second_odd",))
     assert values["mains_hum.second_odd"] < 0
