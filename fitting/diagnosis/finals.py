@@ -81,5 +81,5 @@ def _everywhere(model: Model, bench: Bench, own: np.ndarray, few: np.ndarray, po
     whole = point.among(own, few)
     if not len(rest):
         return whole
-    found, _ = settled(model, bench.take(rest), whole.take(rest), iterations=SETTLE)
-    return dataclasses.replace(point, own=found).among(whole.own, rest)
+    found = settled(model, bench.take(rest), whole.take(rest), iterations=SETTLE)
+    return dataclasses.replace(point, own=found.own).among(whole.own, rest)

@@ -134,8 +134,8 @@ def other_stiffnesses(model: Model, bench: Bench, fit: Refit) -> list[np.ndarray
         points.append(np.clip(coordinates, model.lower, model.upper))
 
     def cost(coordinates: np.ndarray) -> float:
-        _, costs = settled(model, bench, dataclasses.replace(fit.point, coordinates=coordinates))
-        return misfit_of(costs, bench.dof())
+        found = settled(model, bench, dataclasses.replace(fit.point, coordinates=coordinates))
+        return misfit_of(found.cost, bench.dof())
 
     costs = model.side_by_side(cost, points)
     return [points[i][constants] for i in np.argsort(costs)[:RESTARTS] if not np.isclose(STIFFNESSES[i], 1.0)]

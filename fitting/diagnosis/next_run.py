@@ -109,7 +109,7 @@ def left(chosen: Chosen, bench: Bench, tried: Sequence[Plan], true: Refit, rival
     point = dataclasses.replace(
         rival.point, by_run=np.tile(typical, (planned.runs, 1)), own=np.asarray(planned.lanes.start)
     )
-    point = dataclasses.replace(point, own=settled(model, planned, point)[0])
+    point = dataclasses.replace(point, own=settled(model, planned, point).own)
     if scatter is not None:
         planned = scatter.evened(model, planned, point)
     seen = scores(model, planned, point, rival.free)

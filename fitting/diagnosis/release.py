@@ -57,7 +57,7 @@ def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: b
 
 def _released(model: Model, bench: Bench, fit: Refit, seed: int, wander: bool) -> Refit:
     own, cost = fit.point.own.copy(), fit.cost.copy()
-    alone = _settled(model, bench, fit.point, ITERATIONS)
+    alone = settled(model, bench, fit.point)
     gain = alone.before - alone.cost
     if gain.sum() > LEAST_GAIN * alone.before.sum():
         own, cost = alone.own.copy(), np.where(gain > 0, alone.cost, cost)
@@ -68,7 +68,7 @@ def _released(model: Model, bench: Bench, fit: Refit, seed: int, wander: bool) -
         have none."""
         tries, count = len(begin), len(some)
         part = bench.take(np.tile(some, tries))
-        found, costs = settled(model, part, dataclasses.replace(fit.point, own=begin.reshape(-1, OWN)))
+        found, costs, _ = settled(model, part, dataclasses.replace(fit.point, own=begin.reshape(-1, OWN)))
         best = np.argmin(costs.reshape(tries, count), axis=0) * count + np.arange(count)
         better = costs[best] < BETTER * cost[some]
         own[some[better]], cost[some[better]] = found[best[better]], costs[best[better]]
@@ -147,15 +147,7 @@ def borrowed(model: Model, bench: Bench, fit: Refit, other: Refit, near: float =
     return min([fit, *again], key=lambda one: one.misfit)
 
 
-def settled(
-    model: Model, bench: Bench, point: Point, iterations: int = ITERATIONS
-) -> tuple[np.ndarray, np.ndarray]:
-    """What is best for every lane by itself at given unknowns, and its cost."""
-    found = _settled(model, bench, point, iterations)
-    return found.own, found.cost
-
-
-class _Settled(NamedTuple):
+class Settled(NamedTuple):
     """What is best for every lane by itself (lanes, 5), its cost, and what it cost before."""
 
     own: np.ndarray
@@ -163,7 +155,8 @@ class _Settled(NamedTuple):
     before: np.ndarray
 
 
-def _settled(model: Model, bench: Bench, point: Point, iterations: int) -> _Settled:
+def settled(model: Model, bench: Bench, point: Point, iterations: int = ITERATIONS) -> Settled:
+    """What is best for every lane by itself at given unknowns."""
     own, damping = point.own, np.full(len(bench.lanes), 1e-3)
     gradient, curvature, cost = _own_terms(model, bench, point)
     before = cost
@@ -177,14 +170,14 @@ def _settled(model: Model, bench: Bench, point: Point, iterations: int) -> _Sett
         curvature = np.where(better[:, None, None], found[1], curvature)
         cost = np.where(better, found[2], cost)
         damping = np.clip(np.where(better, 0.1 * damping, 8 * damping), 1e-9, 1e9)
-    return _Settled(own, cost, before)
+    return Settled(own, cost, before)
 
 
 def all_settled(model: Model, bench: Bench, points: Sequence[Point]) -> list[Point]:
     """The points, each with what is best for every lane by itself."""
 
     def one(point: Point) -> Point:
-        return dataclasses.replace(point, own=settled(model, bench, point)[0])
+        return dataclasses.replace(point, own=settled(model, bench, point).own)
 
     return model.side_by_side(one, points)
 

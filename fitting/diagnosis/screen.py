@@ -120,7 +120,7 @@ def screen(
     """Screens every effect that is not part of the fitted hypothesis yet, or `only` such of these, in its
     usual shape and in `shapes`, or in the most promising ones where these are not given; where `own_group`,
     only those of the groups of what is attached to it, for which there are programs already. Beside effects
-    that are attached all are seen with one program, else each with its group's (`Model.showing`).
+    that are attached all are seen with one program, else each with its group's (`Sharing.seen`).
 
     `instead_of`: an effect of the hypothesis that its free unknowns do not count; what it does, to first
     order, is added to what the others have to explain."""

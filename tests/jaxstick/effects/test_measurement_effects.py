@@ -340,12 +340,32 @@ def hum(phase, size):
 def test_what_has_no_memory_reads_its_formula(key, values, expected):
     motion = moving(lambda t: 0.01 * jnp.sin(7.0 * t))
     force = sine(3.0)
-    seen = recorded(instrument(key, **values), force, motion, start=2.0, steps=1000)
-    t = 2.0 + TIME[:1001]
+    seen = recorded(instrument(key, **values), force, motion, start=2.0, steps=300)
+    t = 2.0 + TIME[:301]
     at = jax.vmap(motion)(jnp.asarray(t))
     x, v, a = (np.asarray(part) for part in (at.x, at.v, at.a))
-    np.testing.assert_allclose(seen.friction, expected(t, x, v, a, np.asarray(force(t))), atol=1e-8)
+    np.testing.assert_allclose(seen.friction, expected(t, x, v, a, np.asarray(force(t))), atol=1e-12)
     np.testing.assert_allclose(seen.displacement, x, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("key", "values"),
+    [
+        ("force_gain", {"gain": 0.05, "bend": -0.1}),
+        ("force_position_crosstalk", {"slope": 30.0, "bend": 50.0}),
+    ],
+)
+def test_a_scale_bends_alike_on_both_sides(key, values):
+    wave = sine(3.0)
+    to, fro = (
+        recorded(
+            instrument(key, **values),
+            lambda t, side=side: side * wave(t),
+            moving(lambda t, side=side: side * 0.01 * jnp.sin(7.0 * t)),
+        ).friction
+        for side in (1.0, -1.0)
+    )
+    np.testing.assert_allclose(fro, -to, atol=1e-12)
 
 
 @pytest.mark.parametrize("bend", [0.0, -40.0])
