@@ -102,7 +102,8 @@ def march(oscillator: Oscillator, start: Start, grid: Grid | OpenGrid, unroll: i
     Times are counted from integers, so the phase of the drive is exact however long the record. `unroll`
     trades compile time for speed with few lanes, where no derivative is taken.
     """
-    h = jnp.asarray(grid.interval) / grid.substeps
+    interval = jnp.asarray(grid.interval)
+    h = interval / jnp.asarray(grid.substeps, interval.dtype)
     origin = jnp.asarray(grid.start)
     state = oscillator.initial(origin, start)
     state = jax.tree.map(jnp.asarray, state)
@@ -126,7 +127,7 @@ def march(oscillator: Oscillator, start: Start, grid: Grid | OpenGrid, unroll: i
     first = jax.tree.map(jnp.asarray, _see(oscillator, origin, state, acceleration, excitation))
     begin = Staggered.of(state, acceleration, h), excitation, acceleration
     seen = grid.walk(substep, see, begin, first, unroll)
-    times = origin + h * grid.substeps * jnp.arange(grid.samples, dtype=h.dtype)
+    times = origin + interval * jnp.arange(grid.samples, dtype=h.dtype)
     return Trajectory(times, *seen)
 
 

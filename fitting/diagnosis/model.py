@@ -226,10 +226,12 @@ class Model:
             return read, read, [slice(reach)]
 
         found = self._in_packs(columns, jobs, rows)
-        return [
-            Columns(*parts).whitened(job.whitener, _used(job.chosen))
-            for job, parts in zip(jobs, found, strict=True)
-        ]
+
+        def whitened(number: int) -> Columns:
+            job = jobs[number]
+            return Columns(*found[number]).whitened(job.whitener, _used(job.chosen))
+
+        return self.side_by_side(whitened, range(len(jobs)))
 
     def predict(
         self, keys: tuple[str, ...], lanes: Lanes, coordinates: np.ndarray, own: np.ndarray
@@ -256,8 +258,11 @@ class Model:
 
     def side_by_side(self, function: Callable[[In], Out], items: Iterable[In]) -> list[Out]:
         """The function of every item, on all of the cores that the diagnosis may use."""
+        each = list(items)
+        if min(self.workers, len(each)) < 2:
+            return [function(one) for one in each]
         with ThreadPoolExecutor(self.workers) as pool:
-            return list(pool.map(function, items))
+            return list(pool.map(function, each))
 
     def at(self, coordinates: np.ndarray, keys: tuple[str, ...]) -> Hypothesis:
         """The hypothesis at these coordinates with these effects attached."""

@@ -52,6 +52,7 @@ class Refit:
     iterations: int
     levels: Levels
     told: Mapping[int, float]
+    freed: bool = False
 
     def price(self, bench: Bench) -> float:
         """By what factor the misfit is larger for the freedom of friction to wander."""
@@ -72,7 +73,7 @@ class Refit:
         free = self.free[~np.isin(self.free, np.concatenate([model.of(key) for key in keys]))]
         attached = model.sharing.fitted(model.free_effects(free))
         point = dataclasses.replace(self.point.without(model, keys), keys=attached)
-        return dataclasses.replace(self, point=point, free=free)
+        return dataclasses.replace(self, point=point, free=free, freed=False)
 
 
 def refit(
@@ -98,8 +99,9 @@ def refit(
     ]
     _evaluate(model, bench, searches, [search.point for search in searches], first=True)
     for turn in range(iterations):
-        steps = [(search, search.step()) for search in searches if not search.over]
-        steps = [(search, point) for search, point in steps if not search.over]
+        under_way = [search for search in searches if not search.over]
+        led = model.side_by_side(lambda search: search.step(), under_way)
+        steps = [(search, point) for search, point in zip(under_way, led, strict=True) if not search.over]
         if not steps:
             break
         going, points = map(list, zip(*steps, strict=True))
@@ -239,10 +241,12 @@ def _evaluate(
         )
         for keys, numbers in together.items()
     ]
-    for numbers, columns in zip(together.values(), model.columns(jobs), strict=True):
-        for place, number in enumerate(numbers):
-            own = slice(place * count, (place + 1) * count)
-            searches[number].see(points[number], columns.part(own), first)
+    seen = {
+        number: columns.part(slice(place * count, (place + 1) * count))
+        for numbers, columns in zip(together.values(), model.columns(jobs), strict=True)
+        for place, number in enumerate(numbers)
+    }
+    model.side_by_side(lambda number: searches[number].see(points[number], seen[number], first), seen)
 
 
 class _Search:

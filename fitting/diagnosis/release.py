@@ -12,7 +12,7 @@ import numpy as np
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import Refit, job, normal, refit, whole_cost
+from fitting.diagnosis.refit import ENOUGH, Refit, job, normal, refit, whole_cost
 from fitting.diagnosis.wander import FAR_OFF, OWN, START
 
 SWEEPS = 4
@@ -40,18 +40,18 @@ A_LITTLE = 1e-3
 
 def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: bool = True) -> Refit:
     """The refit with its lost lanes freed and everything fitted once more, and once again where that has
-    helped; the same where none is better.
+    helped; the same where none is better, or where no more was to be had before.
 
     At the unknowns as they are, every lane settles by itself: a search takes or leaves the steps of all lanes
     together, so that a few at an event hold up the others. Each that is lost then goes on where the lane
     before it passes by, or else starts again from points scattered around what the record says.
     """
-    for turn in range(TURNS):
+    for turn in range(0 if fit.freed else TURNS):
         before, found = fit.misfit, _released(model, bench, fit, seed + turn, wander)
         if found.misfit < before:
             fit = found
         if not found.misfit < WORTHWHILE * before:
-            break
+            return dataclasses.replace(fit, freed=True)
     return fit
 
 
@@ -156,20 +156,26 @@ class Settled(NamedTuple):
 
 
 def settled(model: Model, bench: Bench, point: Point, iterations: int = ITERATIONS) -> Settled:
-    """What is best for every lane by itself at given unknowns."""
-    own, damping = point.own, np.full(len(bench.lanes), 1e-3)
+    """What is best for every lane by itself at given unknowns; a lane is left where its next step promises
+    next to nothing."""
+    own, damping = point.own.copy(), np.full(len(bench.lanes), 1e-3)
     gradient, curvature, cost = _own_terms(model, bench, point)
-    before = cost
+    before, going = cost.copy(), np.arange(len(bench.lanes))
     for _ in range(iterations):
-        damped = curvature * (1 + damping[:, None, None] * np.eye(OWN))
-        trial = own - np.linalg.solve(damped, gradient[:, :, None])[:, :, 0]
-        found = _own_terms(model, bench, dataclasses.replace(point, own=trial))
-        better = found[2] < cost
-        own = np.where(better[:, None], trial, own)
-        gradient = np.where(better[:, None], found[0], gradient)
-        curvature = np.where(better[:, None, None], found[1], curvature)
-        cost = np.where(better, found[2], cost)
-        damping = np.clip(np.where(better, 0.1 * damping, 8 * damping), 1e-9, 1e9)
+        g, h = gradient[going], curvature[going]
+        damped = h * (1 + damping[going, None, None] * np.eye(OWN))
+        step = -np.linalg.solve(damped, g[:, :, None])[:, :, 0]
+        promised = -2 * (step * g).sum(1) - np.einsum("lc,lcd,ld->l", step, h, step)
+        worth = promised > ENOUGH * cost[going]
+        going, trial = going[worth], (own[going] + step)[worth]
+        if not len(going):
+            break
+        found = _own_terms(model, bench.take(going), dataclasses.replace(point, own=trial))
+        better = found[2] < cost[going]
+        taken = going[better]
+        own[taken], cost[taken] = trial[better], found[2][better]
+        gradient[taken], curvature[taken] = found[0][better], found[1][better]
+        damping[going] = np.clip(np.where(better, 0.1, 8.0) * damping[going], 1e-9, 1e9)
     return Settled(own, cost, before)
 
 

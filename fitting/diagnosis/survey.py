@@ -35,6 +35,9 @@ STRONG = 0.5
 overlooked is tried:"""
 OVERLOOKED = 2
 """so many effects to the end."""
+LENDS = 1.5
+"""The best explanation lends its lanes to those that leave less than so many times as much of a typical one:
+the rest are further off than lost lanes put them."""
 ALIKE = 1.5
 """What explains the records nearly as well, within this factor, has not been overlooked."""
 NEAR = 0.95
@@ -170,19 +173,17 @@ def freed(
         return e.refit.misfit
 
     def sifted(
-        found: Sequence[Explanation],
-        worth: Callable[[Explanation], float],
-        again: Callable[[Explanation], Refit],
+        found: Sequence[Explanation], reach: float, again: Callable[[Explanation], Refit]
     ) -> list[Explanation]:
-        found = sorted(found, key=worth)
-        within = REACH * worth(found[0])
-        near = [e for e in found[:leading] if worth(e) < within]
+        found = sorted(found, key=typical)
+        within = reach * typical(found[0])
+        near = [e for e in found[:leading] if typical(e) < within]
         better = model.side_by_side(lambda e: dataclasses.replace(e, refit=again(e)), near)
         return [*better, *found[len(near) :]]
 
-    found = sifted(explanations, typical, lambda e: released(model, bench, e.refit))
+    found = sifted(explanations, REACH, lambda e: released(model, bench, e.refit))
     leader = min(found, key=misfit).refit
-    found = sifted(found, misfit, lambda e: borrowed(model, bench, e.refit, leader, NEAR))
+    found = sifted(found, LENDS, lambda e: borrowed(model, bench, e.refit, leader, NEAR))
     return sorted(found, key=misfit)
 
 

@@ -60,8 +60,9 @@ def wandering(oscillator: Oscillator, lane: Lanes, level: Scalar, slope: Scalar)
     """The oscillator of a lane with its friction so changed."""
     counts = jnp.asarray(lane.displacement_weight) > 0
     interval = jnp.asarray(lane.interval)
-    half = jnp.maximum(jnp.sum(counts) - 1, 1) * interval / 2
-    middle = jnp.asarray(lane.start_time) + jnp.argmax(counts) * interval + half
+    first, number = (count.astype(interval.dtype) for count in (jnp.argmax(counts), jnp.sum(counts)))
+    half = jnp.maximum(number - 1, 1) * interval / 2
+    middle = jnp.asarray(lane.start_time) + first * interval + half
     friction = Wandering(oscillator.friction, level, slope, middle, half)
     return eqx.tree_at(lambda whole: whole.friction, oscillator, friction)
 

@@ -10,7 +10,7 @@ import pytest
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import BROKEN, Refit, refit
-from fitting.diagnosis.release import handed_on, released
+from fitting.diagnosis.release import handed_on, released, settled
 from fitting.diagnosis.wander import START
 from jaxstick.effects.displacement_gain import DisplacementGain
 from jaxstick.parts.drive import SineDrive
@@ -119,4 +119,32 @@ def test_lanes_settle_that_are_all_a_little_off(fitted):
 
 def test_a_fit_without_lost_lanes_is_left_as_it_is(fitted):
     model, bench, fit = fitted
-    assert released(model, bench, fit, wander=False) is fit
+    again = released(model, bench, dataclasses.replace(fit, freed=False), wander=False)
+    assert again.point is fit.point and again.misfit == fit.misfit
+
+
+def test_what_has_been_freed_is_not_freed_again_unless_it_is_fitted_anew(fitted, monkeypatch):
+    model, bench, fit = fitted
+    monkeypatch.setattr("fitting.diagnosis.release._released", lambda *_: pytest.fail("freed once more"))
+    assert fit.freed and released(model, bench, fit, wander=False) is fit
+    assert not fit.stripped(model, ["constant_force"]).freed
+    assert not spoilt(fitted, LOST).freed
+
+
+def test_only_lanes_that_have_not_settled_go_on(fitted, monkeypatch):
+    """A few that are a little off are brought back; the others are looked at once."""
+    model, bench, fit = fitted
+    own = fit.point.own.copy()
+    own[LOST, 0] += 2e-5
+    seen: list[int] = []
+    columns = Model.columns
+
+    def counted(self, jobs):
+        seen.extend(len(job.own) for job in jobs)
+        return columns(self, jobs)
+
+    monkeypatch.setattr(Model, "columns", counted)
+    found = settled(model, bench, dataclasses.replace(fit.point, own=own))
+    assert seen[0] == len(bench.lanes) and max(seen[1:]) < len(bench.lanes) / 2
+    assert np.all(found.before[LOST] > 2 * fit.cost[LOST])
+    assert found.cost == pytest.approx(fit.cost, rel=1e-3, abs=0.01)

@@ -102,3 +102,21 @@ def test_where_no_effect_leads_anywhere_all_are_tried_outright(enlarged, monkeyp
     survey(model, base.bench, nominal, base.begins, Silent())
     assert ({KEY, MATE, IDLE} <= {*asked}) is all_of_them
     assert "end_stop" in asked and (all_of_them or {KEY, MATE, IDLE}.isdisjoint(asked))
+
+
+def test_lanes_are_lent_only_to_what_lost_ones_may_have_hidden(enlarged, monkeypatch):
+    """What leaves far more of a typical lane than the best is not lent that one's lanes."""
+    model, base = enlarged
+    nominal = nominal_on(model, base.bench, base.point)
+    (promise,) = (p for p in screen(model, base.bench, nominal, shapes=[]).promises if p.key == MATE)
+
+    def leaving(share: float) -> Explanation:
+        cost, misfit = share * nominal.cost, share * nominal.misfit
+        fit = dataclasses.replace(nominal, cost=cost, misfit=misfit, freed=True)
+        return Explanation((MATE,), promise, fit)
+
+    lent: list[float] = []
+    monkeypatch.setattr(surveying, "borrowed", lambda _model, _bench, fit, *_: lent.append(fit.misfit) or fit)
+    found = [leaving(share) for share in (1.0, 1.2, 2.0)]
+    surveying.freed(model, base.bench, found)
+    assert lent == [e.refit.misfit for e in found[:2]]
