@@ -11,7 +11,7 @@ import hypothesis
 import jax
 import pytest
 
-from jaxstick.compilation_cache import compile_for_few_lanes
+from jaxstick.compilation_cache import set_up_jax
 from jaxstick.precision import float64
 
 hypothesis.settings.register_profile("dev", deadline=None, max_examples=25)
@@ -27,8 +27,8 @@ LEAST_SECONDS = "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"
 def pytest_configure(config: pytest.Config) -> None:
     """Before the test files are read, so that the arrays they make at the top are float64 too."""
     hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "dev")
-    compile_for_few_lanes()
     _share_programs()
+    set_up_jax()
     SESSION.enter_context(float64())
     SESSION.enter_context(jax.numpy_rank_promotion("raise"))
     SESSION.enter_context(jax.numpy_dtype_promotion("strict"))
@@ -40,8 +40,6 @@ def _share_programs() -> None:
     if CACHE not in os.environ:
         os.environ[CACHE] = SESSION.enter_context(tempfile.TemporaryDirectory(prefix="jaxstick-programs-"))
         os.environ.setdefault(LEAST_SECONDS, "0.5")
-    jax.config.update(CACHE.lower(), os.environ[CACHE])
-    jax.config.update(LEAST_SECONDS.lower(), float(os.environ.get(LEAST_SECONDS, "0.5")))
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
