@@ -157,7 +157,7 @@ class Settled(NamedTuple):
 
 def settled(model: Model, bench: Bench, point: Point, iterations: int = ITERATIONS) -> Settled:
     """What is best for every lane by itself at given unknowns; a lane is left where its next step promises
-    next to nothing."""
+    next to nothing, of its cost or of what noise costs: one far astray has long to go in small steps."""
     own, damping = point.own.copy(), np.full(len(bench.lanes), 1e-3)
     gradient, curvature, cost = _own_terms(model, bench, point)
     before, going = cost.copy(), np.arange(len(bench.lanes))
@@ -166,7 +166,7 @@ def settled(model: Model, bench: Bench, point: Point, iterations: int = ITERATIO
         damped = h * (1 + damping[going, None, None] * np.eye(OWN))
         step = -np.linalg.solve(damped, g[:, :, None])[:, :, 0]
         promised = -2 * (step * g).sum(1) - np.einsum("lc,lcd,ld->l", step, h, step)
-        worth = promised > ENOUGH * cost[going]
+        worth = promised > ENOUGH * np.minimum(cost, bench.dof())[going]
         going, trial = going[worth], (own[going] + step)[worth]
         if not len(going):
             break
