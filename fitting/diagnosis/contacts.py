@@ -155,6 +155,4 @@ def carried(fit: Refit, model: Model, other: Model) -> Refit:
     attached = other.sharing.together(model.free_effects(fit.free))
     own = [model.names[i] for i in fit.free if model.names[i] not in model.common]
     free = within_columns(other, other.nuisances(), other.index(*own))
-    return dataclasses.replace(
-        fit, point=dataclasses.replace(fit.point, coordinates=coordinates, keys=attached), free=free
-    )
+    return fit.begun(dataclasses.replace(fit.point, coordinates=coordinates, keys=attached), free)

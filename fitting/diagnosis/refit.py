@@ -73,6 +73,11 @@ class Refit:
         free = self.free[~np.isin(self.free, np.concatenate([model.of(key) for key in keys]))]
         attached = model.sharing.fitted(model.free_effects(free))
         point = dataclasses.replace(self.point.without(model, keys), keys=attached)
+        return self.begun(point, free)
+
+    def begun(self, point: Point, free: np.ndarray) -> Refit:
+        """Where another refit begins, at a point and with what is free then. Costs and misfit are still those
+        of this one."""
         return dataclasses.replace(self, point=point, free=free, freed=False)
 
 
@@ -144,6 +149,13 @@ def normal(columns: Columns) -> tuple[np.ndarray, np.ndarray]:
     broken = ~(np.isfinite(gradient).all(1) & np.isfinite(curvature).all((1, 2)))
     gradient[broken], curvature[broken] = 0.0, np.eye(gradient.shape[1])
     return gradient, curvature
+
+
+def fall(gradient: np.ndarray, curvature: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """By how much the linearised cost of every lane falls for a change (lanes, each) of its unknowns, given
+    J'r and J'J by them."""
+    slope = np.einsum("lc,lc->l", change, gradient)
+    return -2 * slope - np.einsum("lc,lcd,ld->l", change, curvature, change)
 
 
 class Projection:
@@ -375,8 +387,7 @@ class _Search:
     def _fall(self, change: np.ndarray) -> np.ndarray:
         """By how much the linearised cost of every lane falls for a change of its unknowns, its own last."""
         used = np.r_[: 1 + len(self.free), COLUMNS : COLUMNS + OWN]
-        slope = np.einsum("lc,lc->l", change, self.gradient[:, used])
-        return -2 * slope - np.einsum("lc,lcd,ld->l", change, self.curvature[:, used[:, None], used], change)
+        return fall(self.gradient[:, used], self.curvature[:, used[:, None], used], change)
 
     def result(self) -> Refit:
         return Refit(

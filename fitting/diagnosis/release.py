@@ -12,7 +12,7 @@ import numpy as np
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import ENOUGH, Refit, job, normal, refit, whole_cost
+from fitting.diagnosis.refit import ENOUGH, Refit, fall, job, normal, refit, whole_cost
 from fitting.diagnosis.wander import FAR_OFF, OWN, START
 
 SWEEPS = 4
@@ -46,7 +46,9 @@ def released(model: Model, bench: Bench, fit: Refit, seed: int = 0, *, wander: b
     together, so that a few at an event hold up the others. Each that is lost then goes on where the lane
     before it passes by, or else starts again from points scattered around what the record says.
     """
-    for turn in range(0 if fit.freed else TURNS):
+    if fit.freed:
+        return fit
+    for turn in range(TURNS):
         before, found = fit.misfit, _released(model, bench, fit, seed + turn, wander)
         if found.misfit < before:
             fit = found
@@ -160,17 +162,19 @@ def settled(model: Model, bench: Bench, point: Point, iterations: int = ITERATIO
     next to nothing, of its cost or of what noise costs: one far astray has long to go in small steps."""
     own, damping = point.own.copy(), np.full(len(bench.lanes), 1e-3)
     gradient, curvature, cost = _own_terms(model, bench, point)
-    before, going = cost.copy(), np.arange(len(bench.lanes))
+    before, part, going = cost.copy(), bench, np.arange(len(bench.lanes))
+    noise = bench.dof()
     for _ in range(iterations):
         g, h = gradient[going], curvature[going]
         damped = h * (1 + damping[going, None, None] * np.eye(OWN))
         step = -np.linalg.solve(damped, g[:, :, None])[:, :, 0]
-        promised = -2 * (step * g).sum(1) - np.einsum("lc,lcd,ld->l", step, h, step)
-        worth = promised > ENOUGH * np.minimum(cost, bench.dof())[going]
-        going, trial = going[worth], (own[going] + step)[worth]
-        if not len(going):
+        worth = fall(g, h, step) > ENOUGH * np.minimum(cost, noise)[going]
+        if not worth.any():
             break
-        found = _own_terms(model, bench.take(going), dataclasses.replace(point, own=trial))
+        if not worth.all():
+            going, step, part = going[worth], step[worth], part.take(np.flatnonzero(worth))
+        trial = own[going] + step
+        found = _own_terms(model, part, dataclasses.replace(point, own=trial))
         better = found[2] < cost[going]
         taken = going[better]
         own[taken], cost[taken] = trial[better], found[2][better]

@@ -52,7 +52,7 @@ def _without(model: Model, fit: Refit, number: int) -> Refit:
     coordinates = fit.point.coordinates.copy()
     coordinates[number] = -math.inf
     point = dataclasses.replace(fit.point, coordinates=coordinates)
-    return dataclasses.replace(fit, point=point, free=fit.free[fit.free != number])
+    return fit.begun(point, fit.free[fit.free != number])
 
 
 def _moves(model: Model, bench: Bench, fit: Refit) -> float:
