@@ -22,7 +22,8 @@ class Parameter:
     at hand: N the level of friction, m the stroke, s the natural period, their products and powers likewise.
     `tries` are values that it is likely to have on any rig, the mains' frequencies for one. `span`: a search
     goes from the typical size over the first to the second times it; where either sign will do, from minus
-    the first times it to the second. `by_run`: whether every run of a data set has one of its own.
+    the first times it to the second; for a strength to the second times it, either way. `by_run`: whether
+    every run of a data set has one of its own.
     """
 
     unit: str

@@ -9,10 +9,10 @@ from fitting.unknowns import RIG, Unknown
 from jaxstick.effect import AbstractEffect
 from jaxstick.parameter import Place, find, parameters
 
-FAR, STRENGTH_FREEDOM = 40.0, 10.0
-"""Bounds and standard deviation of a strength, in typical sizes;"""
+STRENGTH_FREEDOM = 10.0
+"""Standard deviation of a strength, in typical sizes, where it may go as far as its span;"""
 NEARLY_ALL, DOUBT = 0.9, 0.1
-"""or at least these shares of what the rig has of the same kind: friction, by which sizes go, may be
+"""both at least these shares of what the rig has of the same kind: friction, by which sizes go, may be
 small."""
 SHAPE_FREEDOM = 1.5
 RIG_TOLERANCE = {
@@ -74,7 +74,8 @@ def effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Pro
     if kind.null is not None:
         scale = (kind.typical or 1.0) * natural
         whole = _of_the_rig(kind.unit, problem)
-        reach, freedom = max(FAR * scale, NEARLY_ALL * whole), max(STRENGTH_FREEDOM * scale, DOUBT * whole)
+        reach = max(kind.span[1] * scale, NEARLY_ALL * whole)
+        freedom = max(STRENGTH_FREEDOM * scale, DOUBT * whole)
         lower, upper = max(kind.lower, -reach), min(kind.upper, reach)
         return Unknown(name, kind.unit, lower, upper, "linear", scale, 0.0, freedom)
     typical = kind.typical * natural if kind.typical else float(place.of(effect))

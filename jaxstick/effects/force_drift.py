@@ -13,12 +13,13 @@ from jaxstick.parameter import parameter
 from jaxstick.parts.force_link import AbstractForceLink
 from jaxstick.parts.instrument import AbstractInstrument
 from jaxstick.parts.motion import Motion, Scalar
-from jaxstick.parts.settling import settling, settling_time
+from jaxstick.parts.settling import RATES, settling, settling_tail, settling_time
 
 
 class ForceDrift(AbstractEffect):
-    """The force is recorded as F + rate time (1 - exp(-t/time)), with t the run's own time [s]: the zero
-    moves by `rate` at first and comes to rest after some `time`; F + rate t for a long one."""
+    """The force is recorded as F + rate s(t), t the run's own time [s]: the zero moves by `rate` at first
+    and comes to rest after some `time`, s = time (1 - exp(-t/time)), s = t for a long one; with a `tail` it
+    goes on, as in creep (1: s = time log(1 + t/time)) or while warmth spreads (2: as the root of t)."""
 
     card: ClassVar[Card] = Card(
         title="Zero of the force channel drifts",
@@ -37,12 +38,18 @@ class ForceDrift(AbstractEffect):
     )
     changes: ClassVar[bool] = True
     rate: Float[Array, ""] | float = parameter(
-        "N/s", "rate of the zero of the force channel, at first", null=0.0, typical=6e-4, default=0.0
+        "N/s",
+        "rate of the zero of the force channel, at first",
+        null=0.0,
+        typical=6e-4,
+        span=RATES,
+        default=0.0,
     )
     time: Float[Array, ""] | float = settling_time()
+    tail: Float[Array, ""] | float = settling_tail()
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        instrument = _DriftingForce(oscillator.instrument, self.rate, self.time)
+        instrument = _DriftingForce(oscillator.instrument, self.rate, self.time, self.tail)
         return dataclasses.replace(oscillator, instrument=instrument)
 
 
@@ -50,6 +57,7 @@ class _DriftingForce(AbstractForceLink):
     inner: AbstractInstrument
     rate: Scalar
     time: Scalar
+    tail: Scalar
 
     def passed(self, own: Any, motion: Motion, friction: Scalar) -> Scalar:
-        return friction + self.rate * settling(motion.t, self.time)
+        return friction + self.rate * settling(motion.t, self.time, self.tail)

@@ -13,12 +13,13 @@ from jaxstick.parameter import parameter
 from jaxstick.parts.friction import AbstractFriction
 from jaxstick.parts.motion import Motion, Scalar
 from jaxstick.parts.scaled_friction import AbstractScaledFriction
-from jaxstick.parts.settling import settling, settling_time
+from jaxstick.parts.settling import RATES, settling, settling_tail, settling_time
 
 
 class FrictionDrift(AbstractEffect):
-    """Multiplies the law by 1 + rate time (1 - exp(-t/time)), t the run's own time [s]: the law as it is at
-    t = 0, which changes by `rate` at first and comes to rest after some `time`; 1 + rate t for a long one."""
+    """Multiplies the law by 1 + rate s(t), t the run's own time [s]: the law as it is at t = 0, which changes
+    by `rate` at first and comes to rest after some `time`, s = time (1 - exp(-t/time)), s = t for a long one;
+    with a `tail` it goes on (1: s = time log(1 + t/time), 2: as the root of t)."""
 
     card: ClassVar[Card] = Card(
         title="Friction drifts during a run",
@@ -40,18 +41,27 @@ class FrictionDrift(AbstractEffect):
     )
     changes: ClassVar[bool] = True
     rate: Float[Array, ""] | float = parameter(
-        "1/s", "relative change of friction in a second, at first", null=0.0, typical=1e-3, default=0.0
+        "1/s",
+        "relative change of friction in a second, at first",
+        null=0.0,
+        typical=1e-3,
+        span=RATES,
+        default=0.0,
     )
     time: Float[Array, ""] | float = settling_time()
+    tail: Float[Array, ""] | float = settling_tail()
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(oscillator, friction=_Drifting(oscillator.friction, self.rate, self.time))
+        return dataclasses.replace(
+            oscillator, friction=_Drifting(oscillator.friction, self.rate, self.time, self.tail)
+        )
 
 
 class _Drifting(AbstractScaledFriction):
     inner: AbstractFriction
     rate: Scalar
     time: Scalar
+    tail: Scalar
 
     def excess(self, motion: Motion) -> Scalar:
-        return self.rate * settling(motion.t, self.time)
+        return self.rate * settling(motion.t, self.time, self.tail)

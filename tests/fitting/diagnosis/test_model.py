@@ -80,6 +80,14 @@ def test_a_shape_that_may_go_either_way_is_searched_about_nought(laid):
     assert cost > 0 and slope[0] == -slope[1] > 0 and (curvature > 0).all()
 
 
+def test_a_strength_goes_as_far_as_its_span(laid):
+    """In typical sizes: what settles soon changes fast at first."""
+    model, _ = laid
+    rate, offset = model.index("force_drift.rate", "force_offset.offset")
+    np.testing.assert_allclose(model.upper[[rate, offset]], [1e3, 50])
+    np.testing.assert_allclose(model.lower[[rate, offset]], [-1e3, -50])
+
+
 def test_one_core_has_no_time_for_that(laid, asked, monkeypatch):
     model, bench = laid
     monkeypatch.setattr(model, "workers", 1)

@@ -26,6 +26,8 @@ NOMINAL = nominal(RIG, dataclasses.replace(constants(0.86), D=2.0), SineDrive(1.
 STEP = 4e-4
 STEPS = 2000
 TIME = STEP * np.arange(STEPS + 1)
+CREEPING = {"rate": 0.3, "time": 1.5, "tail": 1.0}
+WARMING = {"rate": 0.3, "time": 0.2, "tail": 2.0}
 
 Signal = Callable[[Any], Any]
 
@@ -318,6 +320,8 @@ def hum(phase, size):
         ("force_offset", {"offset": 0.4}, lambda t, x, v, a, f: f + 0.4),
         ("force_drift", {"rate": 0.3}, lambda t, x, v, a, f: f + 0.3 * t),
         ("force_drift", {"rate": 0.3, "time": 1.5}, lambda t, x, v, a, f: f + 0.45 * (1 - np.exp(-t / 1.5))),
+        ("force_drift", CREEPING, lambda t, x, v, a, f: f + 0.45 * np.log1p(t / 1.5)),
+        ("force_drift", WARMING, lambda t, x, v, a, f: f + 0.06 * (np.sqrt(1 + 2 * t / 0.2) - 1)),
         ("force_inertia", {"mass": 0.1}, lambda t, x, v, a, f: f + 0.1 * a),
         ("force_position_crosstalk", {"slope": 30.0}, lambda t, x, v, a, f: f + 30.0 * x),
         (
@@ -452,6 +456,19 @@ def test_the_true_base_is_the_recorded_one_over_the_gain():
     seen = chain(NOMINAL, "base_gain", gain=0.25).drive.at(TIME)
     for part, true in zip(seen[:3], NOMINAL.drive.at(TIME)[:3], strict=True):
         np.testing.assert_allclose(part, true / 1.25)
+
+
+@pytest.mark.parametrize("bend", [-30.0, 40.0])
+def test_a_base_whose_scale_bends_is_the_recorded_one_over_the_scale_at_it(bend):
+    gain, step = 0.2, 1e-5
+    drive = chain(NOMINAL, "base_gain", gain=gain, bend=bend).drive
+    recorded, seen = NOMINAL.drive.at(TIME).y, drive.at(TIME)
+    np.testing.assert_allclose(seen.y * (1 + gain * (1 + bend * np.abs(recorded))), recorded, atol=1e-15)
+    before, after = drive.at(TIME - step), drive.at(TIME + step)
+    away = np.abs(recorded) > 1e-4
+    np.testing.assert_allclose(((after.y - before.y) / (2 * step))[away], seen.y_rate[away], atol=1e-7)
+    bent = (after.y_rate - before.y_rate) / (2 * step)
+    np.testing.assert_allclose(bent[away], seen.y_acceleration[away], atol=1e-5)
 
 
 def test_without_the_force_a_gain_of_the_displacement_is_one_of_the_base():

@@ -88,11 +88,14 @@ def work_over_a_cycle(rig: AbstractRig, amplitude: float, omega: float, cycles: 
     return work, stiffness, -2 * float(np.mean(force * cosine)) / (amplitude * omega)
 
 
-def test_drag_takes_eight_thirds_of_its_coefficient() -> None:
+@pytest.mark.parametrize("bend", [0.0, -1.5, 20.0])
+def test_drag_takes_eight_thirds_of_its_coefficient_and_more_where_it_bends(bend: float) -> None:
+    """The integral of |v|^3 over a cycle of X sin w t is 8/3 w^2 X^3, of v^4 it is 3 pi/4 w^3 X^4."""
     amplitude, omega, coefficient = 0.01, 12.0, 7.0
-    rig = with_effect(SMOOTH, "quadratic_drag", coefficient=coefficient).rig
+    rig = with_effect(SMOOTH, "quadratic_drag", coefficient=coefficient, bend=bend).rig
     work, stiffness, _ = work_over_a_cycle(rig, amplitude, omega)
-    assert work == pytest.approx(-8 / 3 * coefficient * omega**2 * amplitude**3, rel=1e-6)
+    more = 0.75 * np.pi * bend * omega**3 * amplitude**4
+    assert work == pytest.approx(-coefficient * (8 / 3 * omega**2 * amplitude**3 + more), rel=1e-6)
     assert stiffness == pytest.approx(K, rel=1e-9)
 
 
