@@ -47,12 +47,12 @@ def bias(signal: np.ndarray, sd: float) -> float:
     return float(np.mean([estimate_noise(signal + rng.normal(0, sd, len(signal))) for _ in range(6)])) / sd
 
 
-@pytest.mark.parametrize("sd", [0.8e-6, 8e-6, 80e-6])
-def test_noise_of_a_displacement(motion, sd):
-    assert bias(motion[1], sd) == pytest.approx(1.0, abs=0.06)
+@pytest.mark.parametrize(("sd", "high"), [(0.8e-6, 1.12), (8e-6, 1.06), (80e-6, 1.03)])
+def test_noise_of_a_displacement(motion, sd, high):
+    assert 0.97 < bias(motion[1], sd) < high
 
 
-@pytest.mark.parametrize(("sd", "low", "high"), [(0.005, 1.0, 1.6), (0.05, 0.97, 1.3), (0.5, 0.95, 1.06)])
+@pytest.mark.parametrize(("sd", "low", "high"), [(0.005, 1.0, 1.3), (0.05, 0.97, 1.25), (0.5, 0.97, 1.12)])
 def test_noise_of_a_friction_force(motion, sd, low, high):
     assert low < bias(motion[2], sd) < high
 
@@ -73,12 +73,12 @@ def test_pure_noise_is_found_without_bias(samples):
 @pytest.mark.parametrize("quantum", [0.8e-6, 8e-6, 24e-6, 80e-6])
 def test_a_digitiser_adds_its_own_noise(motion, quantum):
     """Above a quantum of three standard deviations the steps count as noise of quantum / sqrt(12) at
-    least."""
+    least, and as up to a quarter more."""
     rng = np.random.default_rng(5)
     noisy = motion[1] + rng.normal(0, 8e-6, len(motion[1]))
     found = analyse_noise(np.round(noisy / quantum) * quantum)
     assert found.quantum == pytest.approx(quantum, rel=1e-6)
-    assert found.sd == pytest.approx(np.hypot(8e-6, quantum / np.sqrt(12)), rel=0.1)
+    assert 0.97 < found.sd / np.hypot(8e-6, quantum / np.sqrt(12)) < (1.08 if quantum < 30e-6 else 1.25)
 
 
 def test_a_record_frozen_between_two_steps(motion):
@@ -126,6 +126,24 @@ def test_white_noise_is_not_flagged(motion):
         lags = [lag1(signal + rng.normal(0, sd, len(signal))) for _ in range(12)]
         assert np.abs(lags).max() < 0.5
         assert abs(np.mean(lags)) < 0.2
+
+
+@pytest.mark.parametrize(("correlation", "low"), [(0.1, 0.96), (0.4, 0.74)])
+def test_noise_of_neighbours_that_correlate_is_found_better_in_windows(motion, correlation, low):
+    """Differences of higher order show the fastest part of it alone: 0.94 and 0.68 of it."""
+    rng = np.random.default_rng(14)
+    count = len(motion[1])
+    found = [estimate_noise(motion[1] + 8e-6 * autoregressive(count, correlation, rng)) for _ in range(12)]
+    assert low < np.mean(found) / 8e-6 < 1.05
+
+
+@pytest.mark.parametrize(("corners", "high"), [(0, 1.03), (20, 1.05), (80, 1.15)])
+def test_corners_hardly_count_as_noise(corners, high):
+    """In 3000 samples: of eighty every other window has one."""
+    rng = np.random.default_rng(15)
+    zigzag = np.interp(np.arange(3000), np.linspace(0, 3000, corners + 2), np.arange(corners + 2) % 2)
+    found = [estimate_noise(zigzag + rng.normal(0, 1e-4, 3000)) / 1e-4 for _ in range(12)]
+    assert 0.97 < np.mean(found) < high
 
 
 def test_a_short_record_does_not_tell_the_colour():
