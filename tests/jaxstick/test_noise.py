@@ -62,6 +62,14 @@ def test_motion_counts_as_noise_where_it_is_sampled_too_coarsely():
     assert bias(displacement, 8e-6) > 1.3
 
 
+def test_a_fast_smooth_motion_is_no_noise():
+    """Twelve samples a cycle: no polynomial follows it over a window, differences of order 10 leave nothing."""
+    rng = np.random.default_rng(16)
+    sine = np.sin(np.arange(1500) * 2 * np.pi / 12)
+    found = [estimate_noise(sine + rng.normal(0, 1e-3, 1500)) / 1e-3 for _ in range(12)]
+    assert np.mean(found) == pytest.approx(1.0, abs=0.05)
+
+
 @pytest.mark.parametrize("samples", [64, 256, 2000])
 def test_pure_noise_is_found_without_bias(samples):
     rng = np.random.default_rng(0)
