@@ -63,7 +63,7 @@ def test_motion_counts_as_noise_where_it_is_sampled_too_coarsely():
 
 
 def test_a_fast_smooth_motion_is_no_noise():
-    """Twelve samples a cycle: no polynomial follows it over a window, but differences of order 10 see none."""
+    """Twelve samples a cycle: no polynomial follows that over a window; differences of order 10 see none."""
     rng = np.random.default_rng(16)
     sine = np.sin(np.arange(1500) * 2 * np.pi / 12)
     found = [estimate_noise(sine + rng.normal(0, 1e-3, 1500)) / 1e-3 for _ in range(12)]
