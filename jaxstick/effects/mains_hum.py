@@ -19,11 +19,17 @@ SILENT = 1e-9
 """A hum [N] of which no phase can be told."""
 
 
+def _harmonic(meaning: str) -> Any:
+    return parameter("1", meaning, lower=-1.0, upper=1.0, typical=0.2, default=0.0)
+
+
 class MainsHum(AbstractEffect):
-    """The force is recorded as F + a cos(p) + a second_even cos(2 p) + a second_odd sin(2 p).
+    """The force is recorded as F + a [cos(p) + second_even cos(2 p) + second_odd sin(2 p)
+    + third_even cos(3 p) + third_odd sin(3 p)].
 
     a cos(p) = cosine cos(2 pi frequency t) + sine sin(2 pi frequency t): p is the phase of the mains in the
-    run, with which the second harmonic, that of rectifiers, keeps step in every run.
+    run, with which the harmonics keep step in every run, the second that of rectifiers, the third that of
+    transformers near saturation.
     It acts on the force channel: the millivolts of a strain gauge bridge pick up what the volts of a
     displacement transducer, demodulated from a carrier, do not.
     """
@@ -31,8 +37,8 @@ class MainsHum(AbstractEffect):
     card: ClassVar[Card] = Card(
         title="Mains hum on the force channel",
         family="measurement",
-        symptom="The recorded force carries a line at 50 or 60 Hz, and perhaps at twice that, of the same "
-        "height in stick and in slip and in every run, whatever the frequency of the excitation.",
+        symptom="The recorded force carries a line at 50 or 60 Hz, and perhaps at two and three times that, "
+        "of the same height in stick and in slip and in every run, whatever the frequency of the excitation.",
         explanation=(
             "The leads of the gauge bridge form a loop in the magnetic field of transformers and motors, or "
             "bridge and amplifier are earthed at two points. The hum rides on the signal and is not in the "
@@ -56,21 +62,17 @@ class MainsHum(AbstractEffect):
     frequency: Float[Array, ""] | float = parameter(
         "Hz", "frequency of the mains", lower=45.0, upper=65.0, tries=(50.0, 60.0), default=50.0
     )
-    second_even: Float[Array, ""] | float = parameter(
-        "1",
-        "hum at twice the frequency over that at it, part that is greatest when that is greatest or least",
-        lower=-1.0,
-        upper=1.0,
-        typical=0.2,
-        default=0.0,
+    second_even: Float[Array, ""] | float = _harmonic(
+        "hum at twice the frequency over that at it, part that is greatest when that is greatest or least"
     )
-    second_odd: Float[Array, ""] | float = parameter(
-        "1",
-        "the same, part that is greatest an eighth of a period of the mains later",
-        lower=-1.0,
-        upper=1.0,
-        typical=0.2,
-        default=0.0,
+    second_odd: Float[Array, ""] | float = _harmonic(
+        "the same, part that is greatest an eighth of a period of the mains later"
+    )
+    third_even: Float[Array, ""] | float = _harmonic(
+        "hum at three times the frequency over that at it, part that is greatest when that is"
+    )
+    third_odd: Float[Array, ""] | float = _harmonic(
+        "the same, part that is greatest a twelfth of a period of the mains later"
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
@@ -79,8 +81,8 @@ class MainsHum(AbstractEffect):
             self.cosine,
             self.sine,
             self.frequency,
-            self.second_even,
-            self.second_odd,
+            (self.second_even, self.second_odd),
+            (self.third_even, self.third_odd),
         )
         return dataclasses.replace(oscillator, instrument=humming)
 
@@ -90,12 +92,15 @@ class _HummingForce(AbstractForceLink):
     cosine: Scalar
     sine: Scalar
     frequency: Scalar
-    even: Scalar
-    odd: Scalar
+    second: tuple[Scalar, Scalar]
+    third: tuple[Scalar, Scalar]
 
     def passed(self, own: Any, motion: Motion, friction: Scalar) -> Scalar:
         angle = 2 * jnp.pi * self.frequency * motion.t
         first = self.cosine * jnp.cos(angle) + self.sine * jnp.sin(angle)
         later = self.cosine * jnp.sin(angle) - self.sine * jnp.cos(angle)
         size = jnp.sqrt(self.cosine**2 + self.sine**2 + SILENT**2)
-        return friction + first + (self.even * (first**2 - later**2) + 2 * self.odd * first * later) / size
+        second = (first**2 - later**2) / size, 2 * first * later / size
+        third = first * (first**2 - 3 * later**2) / size**2, later * (3 * first**2 - later**2) / size**2
+        harmonics = zip((*self.second, *self.third), (*second, *third), strict=True)
+        return friction + first + sum(share * wave for share, wave in harmonics)

@@ -307,9 +307,14 @@ def test_the_clipped_force_keeps_a_share_above_the_level():
     assert np.max(np.abs(hard)) == pytest.approx(6.0)
 
 
+HARMONICS = {"second_even": 0.3, "second_odd": -0.4, "third_even": -0.2, "third_odd": 0.1}
+
+
 def hum(phase, size):
-    """A hum with a second harmonic that keeps step with it."""
-    return size * (np.cos(phase) + 0.3 * np.cos(2 * phase) - 0.4 * np.sin(2 * phase))
+    """A hum with a second and a third harmonic that keep step with it."""
+    second = 0.3 * np.cos(2 * phase) - 0.4 * np.sin(2 * phase)
+    third = -0.2 * np.cos(3 * phase) + 0.1 * np.sin(3 * phase)
+    return size * (np.cos(phase) + second + third)
 
 
 @pytest.mark.parametrize(
@@ -336,7 +341,7 @@ def hum(phase, size):
         ),
         (
             "mains_hum",
-            {"cosine": 0.1, "sine": 0.2, "frequency": 50.0, "second_even": 0.3, "second_odd": -0.4},
+            {"cosine": 0.1, "sine": 0.2, "frequency": 50.0} | HARMONICS,
             lambda t, x, v, a, f: f + hum(100 * np.pi * t - math.atan2(0.2, 0.1), math.hypot(0.1, 0.2)),
         ),
     ],
