@@ -8,6 +8,7 @@ import numpy as np
 
 from jaxstick.formats.harmonic import fit_harmonic
 from jaxstick.noise import ChannelNoise, noise_summary
+from jaxstick.outliers import OF_MOTION, outliers
 from jaxstick.record import AssumedConstants, DataSet, KnownRig, Run
 
 FEW_CYCLES = 5
@@ -94,6 +95,7 @@ def describe(dataset: DataSet) -> Description:
             *_missing(dataset, runs),
             *_sampling(dataset, runs),
             *_noise_findings(noise),
+            *_outlier_findings(dataset),
             *(Finding("notice", text) for text in dataset.notices),
         ),
     )
@@ -275,6 +277,20 @@ def _noise_findings(noise: tuple[ChannelNoise, ...]) -> Iterator[Finding]:
                 f"{place}: what is left beside the motion is not white (neighbouring samples correlate by "
                 f"{found.lag1:.2f}): slow noise, a filter, or motion too fast for the sampling.",
             )
+
+
+def _outlier_findings(dataset: DataSet) -> Iterator[Finding]:
+    for run in dataset.runs:
+        for channel in (channel for channel in OF_MOTION if channel in run.channels):
+            places, off = outliers(run.channels[channel])
+            if len(places):
+                samples = "sample is" if len(places) == 1 else "samples are"
+                yield Finding(
+                    "warning",
+                    f"{run.file}, {channel}: {len(places)} single {samples} off by up to "
+                    f"{quantity(float(np.abs(off).max()), _UNITS[channel])}, the first at "
+                    f"{run.time[places[0]]:.6g} s: bit errors of a converter, or a loose plug.",
+                )
 
 
 def _names(files: list[str], dataset: DataSet) -> str:

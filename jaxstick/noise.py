@@ -181,16 +181,22 @@ def _spread(differences: NDArray[np.float64], quantum: float) -> float:
 
 
 def _quantum(signal: NDArray[np.float64]) -> float:
-    """The step of which all differences between samples are multiples, or 0 if there is none."""
+    """The step of which all differences between samples are multiples, or 0 if there is none.
+
+    Steps that were written down with fewer digits differ a little, so that it is their mean, and what is left
+    of all levels is judged by what is usual between neighbouring ones.
+    """
     levels = np.unique(signal)
     steps = np.diff(levels)
     rounding = 16 * np.spacing(np.abs(levels).max())
     steps = steps[steps > rounding]
     if len(steps) == 0:
         return 0.0
-    quantum = float(steps.min())
-    counts = (levels - levels[0]) / quantum
-    lattice = np.abs(counts - np.rint(counts)).max() < 0.05
+    least = float(steps.min())
+    quantum = float(steps[steps < 1.5 * least].mean())
+    counts = np.rint(steps / quantum)
+    quantum = float(steps.sum() / counts.sum())
+    lattice = np.abs(steps - counts * quantum).max() < 0.1 * quantum
     return quantum if lattice and quantum > 4 * rounding else 0.0
 
 

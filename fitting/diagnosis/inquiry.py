@@ -7,6 +7,7 @@ import math
 
 from fitting.diagnosis.anomaly import AbstractAnomaly
 from fitting.diagnosis.attribute import Attribution, attribute
+from fitting.diagnosis.bad_samples import bad_samples
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.bursts import bursts
 from fitting.diagnosis.contacts import Chosen
@@ -147,7 +148,8 @@ def _off_the_shelf(
     if found.judgement.named:
         return found, ()
     nothing = found.judgement.verdict == "none"
-    seen: list[AbstractAnomaly | None] = [bursts(paper.model, paper.ground, paper.problem.period)]
+    seen: list[AbstractAnomaly | None] = [bad_samples(paper.problem)]
+    seen.append(bursts(paper.model, paper.ground, paper.problem.period))
     if nothing:
         seen.append(unrest(chosen.problem, chosen.model, found.nominal, chosen.ground.scatter))
     anomalies = tuple(anomaly for anomaly in seen if anomaly is not None)

@@ -65,6 +65,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "jaxstick.noise",
         "jaxstick.nominal",
     ),
+    ("jaxstick.outliers",),
     (
         "jaxstick.check",
         "jaxstick.signature",

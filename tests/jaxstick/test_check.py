@@ -133,6 +133,18 @@ def test_stated_noise_is_compared_with_the_record(tmp_path, stated, piece):
     assert ("the stated" in warnings) == bool(piece)
 
 
+def test_samples_that_are_off_are_pointed_at(tmp_path):
+    head, *rows = csv(noise=1e-5).splitlines()
+    column = head.split(",").index("displacement_m")
+    cells = rows[100].split(",")
+    time, cells[column] = cells[0], repr(float(cells[column]) + 2e-3)
+    text = "\n".join([head, *rows[:100], ",".join(cells), *rows[101:]]) + "\n"
+    assert "single" not in texts(datasets.write(tmp_path / "good", run_01=csv(noise=1e-5)), "warning")
+    warnings = texts(datasets.write(tmp_path / "bad", run_01=text), "warning")
+    assert "run-01.csv, displacement: 1 single sample is off by up to 2.0" in warnings
+    assert f"the first at {float(time):.6g} s" in warnings
+
+
 def test_what_reading_changed_is_a_notice(tmp_path):
     text = csv(noise=1e-5).replace("friction_n", "humidity")
     assert "'humidity' is not used" in texts(datasets.write(tmp_path, run_01=text), "notice")

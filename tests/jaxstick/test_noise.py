@@ -89,6 +89,16 @@ def test_a_digitiser_adds_its_own_noise(motion, quantum):
     assert 0.97 < found.sd / np.hypot(8e-6, quantum / np.sqrt(12)) < (1.08 if quantum < 30e-6 else 1.25)
 
 
+@pytest.mark.parametrize(("quantum", "digits"), [(5.976e-6, 7), (1.2518e-6, 8), (33.1e-6, 6), (1e-6, 6)])
+def test_steps_that_were_written_with_fewer_digits_are_found(motion, quantum, digits):
+    """They differ by up to a fiftieth then; what has no steps has none."""
+    noisy = motion[1] + np.random.default_rng(6).normal(0, 1e-6, len(motion[1]))
+    found = analyse_noise(np.round(np.round(noisy / quantum) * quantum, digits))
+    assert found.quantum == pytest.approx(quantum, rel=0.01)
+    assert found.sd > 0.95 * quantum / np.sqrt(12)
+    assert analyse_noise(noisy).quantum == 0.0
+
+
 def test_a_record_frozen_between_two_steps(motion):
     steps = np.round(motion[1] / 1e-3) * 1e-3
     assert estimate_noise(steps) == pytest.approx(1e-3 / np.sqrt(12), rel=1e-3)

@@ -148,20 +148,21 @@ def test_other_runs_are_held_out_where_something_else_acts(monkeypatch, first, s
 
 
 @pytest.mark.parametrize(
-    ("verdict", "named", "bursting", "restless", "seen", "after"),
+    ("verdict", "named", "there", "seen", "after"),
     [
-        ("none", (), True, False, "bursts", "unlisted"),
-        ("none", (), False, True, "unrest", "unlisted"),
-        ("none", (), False, False, None, "none"),
-        ("unlisted", (), True, True, "bursts", "unlisted"),
-        ("effect", ("a",), True, True, None, "effect"),
+        ("none", (), ("bursts",), ("bursts",), "unlisted"),
+        ("none", (), ("unrest",), ("unrest",), "unlisted"),
+        ("none", (), ("bad_samples",), ("bad_samples",), "unlisted"),
+        ("none", (), (), (), "none"),
+        ("unlisted", (), ("bad_samples", "bursts", "unrest"), ("bad_samples", "bursts"), "unlisted"),
+        ("effect", ("a",), ("bad_samples", "bursts", "unrest"), (), "effect"),
     ],
 )
 def test_what_no_effect_does_is_looked_for_where_nothing_is_named(
-    monkeypatch, verdict, named, bursting, restless, seen, after
+    monkeypatch, verdict, named, there, seen, after
 ):
-    monkeypatch.setattr(inquiries, "bursts", lambda *_: "bursts" if bursting else None)
-    monkeypatch.setattr(inquiries, "unrest", lambda *_: "unrest" if restless else None)
+    for finder in ("bad_samples", "bursts", "unrest"):
+        monkeypatch.setattr(inquiries, finder, lambda *_, it=finder: it if it in there else None)
     anything: Any = SimpleNamespace(
         model=None, ground=SimpleNamespace(scatter=None), problem=SimpleNamespace(period=1.0)
     )
@@ -172,7 +173,7 @@ def test_what_no_effect_does_is_looked_for_where_nothing_is_named(
 
     found, anomalies = inquiries._off_the_shelf(anything, anything, judged(verdict))
     assert found.judgement.verdict == after
-    assert anomalies == (() if seen is None else (seen,))
+    assert anomalies == seen
 
 
 def test_what_is_named_is_compared_with_what_has_no_more_effects_and_none_of_its_own():
