@@ -95,7 +95,7 @@ def describe(dataset: DataSet) -> Description:
             *_missing(dataset, runs),
             *_sampling(dataset, runs),
             *_noise_findings(noise),
-            *_outlier_findings(dataset),
+            *_outlier_findings(dataset, noise),
             *(Finding("notice", text) for text in dataset.notices),
         ),
     )
@@ -279,18 +279,21 @@ def _noise_findings(noise: tuple[ChannelNoise, ...]) -> Iterator[Finding]:
             )
 
 
-def _outlier_findings(dataset: DataSet) -> Iterator[Finding]:
-    for run in dataset.runs:
-        for channel in (channel for channel in OF_MOTION if channel in run.channels):
-            places, off = outliers(run.channels[channel])
-            if len(places):
-                samples = "sample is" if len(places) == 1 else "samples are"
-                yield Finding(
-                    "warning",
-                    f"{run.file}, {channel}: {len(places)} single {samples} off by up to "
-                    f"{quantity(float(np.abs(off).max()), _UNITS[channel])}, the first at "
-                    f"{run.time[places[0]]:.6g} s: bit errors of a converter, or a loose plug.",
-                )
+def _outlier_findings(dataset: DataSet, noise: tuple[ChannelNoise, ...]) -> Iterator[Finding]:
+    runs = {run.file: run for run in dataset.runs}
+    for entry in noise:
+        if entry.channel not in OF_MOTION:
+            continue
+        run = runs[entry.file]
+        places, off = outliers(run.channels[entry.channel], entry.found.sd)
+        if len(places):
+            samples = "sample is" if len(places) == 1 else "samples are"
+            yield Finding(
+                "warning",
+                f"{entry.file}, {entry.channel}: {len(places)} single {samples} off by up to "
+                f"{quantity(float(np.abs(off).max()), _UNITS[entry.channel])}, the first at "
+                f"{run.time[places[0]]:.6g} s: bit errors of a converter, or a loose plug.",
+            )
 
 
 def _names(files: list[str], dataset: DataSet) -> str:

@@ -98,8 +98,9 @@ def analyse_noise(signal: NDArray[np.float64]) -> NoiseEstimate:
     quantum = _quantum(signal)
     for_colour, for_level = (_remainders(signal, window) for window in (_FOR_COLOUR, _FOR_LEVEL))
     lag1 = None if for_colour is None else _lag1(for_colour)
-    sd, shown = _by_differences(signal, quantum, max(lag1 or 0.0, 0.0))
-    if for_level is not None and (in_windows := _by_windows(for_level)) <= FAST * sd / shown:
+    sd, order = _by_differences(signal, quantum)
+    most = FAST * sd / _shown(lag1 or 0.0, order)
+    if for_level is not None and (in_windows := _by_windows(for_level)) <= most:
         sd = in_windows
     return NoiseEstimate(max(sd, quantum / sqrt(12)), lag1, quantum)
 
@@ -143,9 +144,8 @@ def _chi_square(share: float, freedom: int) -> float:
     return freedom * (1 - spread + NormalDist().inv_cdf(share) * sqrt(spread)) ** 3
 
 
-def _by_differences(signal: NDArray[np.float64], quantum: float, correlation: float) -> tuple[float, float]:
-    """Standard deviation of white noise with such differences, and how much of noise whose neighbouring
-    samples correlate these show.
+def _by_differences(signal: NDArray[np.float64], quantum: float) -> tuple[float, int]:
+    """Standard deviation of white noise with such differences, and their order.
 
     The order of difference is raised as long as that lowers the estimate by more than its own scatter.
     """
@@ -155,7 +155,7 @@ def _by_differences(signal: NDArray[np.float64], quantum: float, correlation: fl
         estimate = _spread(np.diff(signal, higher), quantum) / sqrt(comb(2 * higher, higher))
         if estimate < still_falling * sd:
             order, sd = higher, estimate
-    return sd, _shown(correlation, order)
+    return sd, order
 
 
 def _shown(correlation: float, order: int) -> float:
@@ -164,7 +164,7 @@ def _shown(correlation: float, order: int) -> float:
     weights = np.array([comb(order, k) * (-1) ** k for k in range(order + 1)], float)
     lags = np.abs(np.subtract.outer(np.arange(order + 1), np.arange(order + 1)))
     white = weights @ weights
-    return sqrt(float(weights @ min(correlation, MOST) ** lags @ weights) / white)
+    return sqrt(float(weights @ min(max(correlation, 0.0), MOST) ** lags @ weights) / white)
 
 
 def _spread(differences: NDArray[np.float64], quantum: float) -> float:

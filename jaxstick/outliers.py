@@ -10,8 +10,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from jaxstick.noise import estimate_noise
-
 FAR = 20.0
 """So many times the noise off is far."""
 ALIKE = 0.99
@@ -21,12 +19,13 @@ OF_MOTION = ("displacement", "base")
 _PATTERN = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 
 
-def outliers(signal: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+def outliers(signal: NDArray[np.float64], noise: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """The numbers of single samples that are off, and by how much, of a uniformly sampled signal of at least
-    16 samples (samples,). The four samples at either end are not judged."""
+    nine samples (samples,) with noise of that standard deviation. The four samples at either end are not
+    judged."""
     about = np.lib.stride_tricks.sliding_window_view(np.diff(signal, 4), len(_PATTERN))
     off = about @ _PATTERN / (_PATTERN @ _PATTERN)
     size = np.linalg.norm(about, axis=1) / np.linalg.norm(_PATTERN)
-    far = np.abs(off) > np.maximum(FAR * estimate_noise(signal), ALIKE * size)
+    far = np.abs(off) > np.maximum(FAR * noise, ALIKE * size)
     found = np.flatnonzero(far)
     return found + 4, off[found]

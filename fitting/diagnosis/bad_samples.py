@@ -9,6 +9,7 @@ import numpy as np
 from fitting.diagnosis.anomaly import AbstractAnomaly
 from fitting.problem import Problem
 from jaxstick.check import quantity
+from jaxstick.noise import estimate_noise
 from jaxstick.outliers import outliers
 
 FEWEST = 5
@@ -46,7 +47,8 @@ class BadSamples(AbstractAnomaly):
 
 def bad_samples(problem: Problem) -> BadSamples | None:
     """What there is of them in the runs that are not left out; None where there are few."""
-    off = [outliers(signal.run.displacement)[1] for signal in problem.chosen]
+    records = [signal.run.displacement for signal in problem.chosen]
+    off = [outliers(record, estimate_noise(record))[1] for record in records]
     runs, sizes = sum(len(each) > 0 for each in off), np.abs(np.concatenate(off))
     if len(sizes) < FEWEST or runs <= OFTEN * len(off):
         return None

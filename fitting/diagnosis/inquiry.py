@@ -148,8 +148,10 @@ def _off_the_shelf(
     if found.judgement.named:
         return found, ()
     nothing = found.judgement.verdict == "none"
-    seen: list[AbstractAnomaly | None] = [bad_samples(paper.problem)]
-    seen.append(bursts(paper.model, paper.ground, paper.problem.period))
+    seen: list[AbstractAnomaly | None] = [
+        bad_samples(paper.problem),
+        bursts(paper.model, paper.ground, paper.problem.period),
+    ]
     if nothing:
         seen.append(unrest(chosen.problem, chosen.model, found.nominal, chosen.ground.scatter))
     anomalies = tuple(anomaly for anomaly in seen if anomaly is not None)

@@ -64,8 +64,8 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "jaxstick.cycle",
         "jaxstick.noise",
         "jaxstick.nominal",
+        "jaxstick.outliers",
     ),
-    ("jaxstick.outliers",),
     (
         "jaxstick.check",
         "jaxstick.signature",

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from jaxstick.noise import estimate_noise
 from jaxstick.outliers import outliers
 
 TIME = np.arange(1200) / 250
@@ -30,7 +31,8 @@ def test_samples_that_are_off_are_found(places: set[int], sense: float, size: fl
     apart = [place for place in sorted(places) if not {place + k for k in range(1, 9)} & places]
     motion = MOTION.copy()
     motion[apart] += sense * size
-    found, off = outliers(recorded(motion, seed))
+    record = recorded(motion, seed)
+    found, off = outliers(record, estimate_noise(record))
     assert found.tolist() == apart
     np.testing.assert_allclose(off, sense * size, atol=10 * NOISE)
 
@@ -50,4 +52,5 @@ def test_samples_that_are_off_are_found(places: set[int], sense: float, size: fl
 def test_no_motion_is_taken_for_one(motion: np.ndarray, quantum: float) -> None:
     """Nor a converter's step now and then, where it is coarse."""
     for seed in range(5):
-        assert len(outliers(recorded(motion, seed, quantum))[0]) == 0
+        record = recorded(motion, seed, quantum)
+        assert len(outliers(record, estimate_noise(record))[0]) == 0
