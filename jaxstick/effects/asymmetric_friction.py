@@ -9,13 +9,17 @@ from jaxtyping import Array, Float
 
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
-from jaxstick.parameter import parameter
+from jaxstick.parameter import parameter, part_of_it
 from jaxstick.parts.friction import AbstractFriction
 from jaxstick.parts.motion import Motion, Scalar
 
 
 class AsymmetricFriction(AbstractEffect):
-    """Multiplies the dry part of the law by 1 + dry s and the viscous part by 1 + viscous s, s = sign(v)."""
+    """Multiplies the dry part of the law by 1 + dry s and the viscous part by 1 + viscous s, s = sign(v).
+
+    By the share `steady` what is added does not fall with the law's dry part as that weakens, but stays what
+    it is at rest: with `steady` 1 the directions differ in C alone.
+    """
 
     card: ClassVar[Card] = Card(
         title="Friction differs between the directions",
@@ -44,17 +48,20 @@ class AsymmetricFriction(AbstractEffect):
         typical=0.2,
         default=0.0,
     )
+    steady: Float[Array, ""] | float = part_of_it(
+        "share of the dry difference that stays as friction weakens"
+    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(
-            oscillator, friction=_DirectedFriction(oscillator.friction, self.dry, self.viscous)
-        )
+        friction = _DirectedFriction(oscillator.friction, self.dry, self.viscous, self.steady)
+        return dataclasses.replace(oscillator, friction=friction)
 
 
 class _DirectedFriction(AbstractFriction):
     inner: AbstractFriction
     dry: Scalar
     slope: Scalar
+    steady: Scalar
 
     def initial(self, motion: Motion) -> Any:
         return self.inner.initial(motion)
@@ -63,7 +70,9 @@ class _DirectedFriction(AbstractFriction):
         return self.inner.advance(state, motion, step)
 
     def limit(self, state: Any, motion: Motion) -> Scalar:
-        return self.inner.limit(state, motion) * (1 + self.dry * motion.direction)
+        limit = self.inner.limit(state, motion)
+        static = self.inner.limit(state, motion._replace(slide_rate=0.0))
+        return limit + self.dry * motion.direction * (limit + self.steady * (static - limit))
 
     def viscous(self, state: Any, motion: Motion) -> Scalar:
         return self.inner.viscous(state, motion) * (1 + self.slope * motion.direction)

@@ -22,8 +22,9 @@ class DwellStrengthening(AbstractEffect):
     """Multiplies the limit of the contact by 1 + growth ((1 + age/cutoff)^power - 1)/power.
 
     A power near 0 is the logarithm, 1 + growth ln(1 + age/cutoff). The age [s] runs while the contact sticks,
-    and in slip by the share `slipping` of the time; sliding by `distance` brings it down to 1/e. With
-    `slipping` 1 that is Dieterich's ageing law, age' = 1 - |v| age/distance.
+    and slip by `distance` brings it down to 1/e. By the share `slipping` either is so in stick and slip
+    alike: the contact ages while it slips, too, and what its spring gives way to renews it. With `slipping` 1
+    that is Dieterich's ageing law, age' = 1 - |v| age/distance.
     """
 
     card: ClassVar[Card] = Card(
@@ -70,7 +71,7 @@ class DwellStrengthening(AbstractEffect):
         default=0.0,
     )
     slipping: Float[Array, ""] | float = part_of_it(
-        "share of the time of slip in which the contact ages, too"
+        "share to which the contact ages and is renewed in stick and slip alike"
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
@@ -99,16 +100,18 @@ class _Ageing(AbstractContact):
     slipping: Scalar
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
-        sliding = self.slipping / (self.per_distance * jnp.abs(approach.rate) + self.per_time)
-        age = jnp.where(approach.rest > 0, approach.rest, sliding)
+        renewing = self.per_distance * jnp.abs(approach.rate)
+        resting = approach.rest / (1 + self.slipping * renewing * approach.rest)
+        age = jnp.where(approach.rest > 0, resting, self.slipping / (renewing + self.per_time))
         friction, inner = self.inner.initial(approach, self._aged(age, traction))
         return friction, (inner, age)
 
     def grip(self, state: Any, passage: Passage, traction: Traction) -> Grip:
         inner, age = state
         grip = self.inner.grip(inner, passage, self._aged(age, traction))
-        renewed = self.per_distance * jnp.abs(passage.slide) * grip.slip
-        age = (age + passage.step * (1 - (1 - self.slipping) * grip.slip)) / (1 + renewed)
+        alike = self.slipping
+        renewed = self.per_distance * jnp.abs(passage.slide) * (grip.slip + alike * (1 - grip.slip))
+        age = (age + passage.step * (1 - (1 - alike) * grip.slip)) / (1 + renewed)
         return grip._replace(state=(grip.state, age))
 
     def _aged(self, age: Scalar, traction: Traction) -> Traction:

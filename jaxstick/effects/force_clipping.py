@@ -15,9 +15,18 @@ from jaxstick.parts.force_link import AbstractForceLink
 from jaxstick.parts.instrument import AbstractInstrument
 from jaxstick.parts.motion import Motion, Scalar
 
+HARD = 1e-9
+"""A softness that is as good as none."""
+LEAST = 1e-12
+"""Share of the level below which a force is nothing."""
+
 
 class ForceClipping(AbstractEffect):
-    """Of the force beyond `level` the share `cut` is lost; cut = 1 is an amplifier that clips at `level`."""
+    """Of what the force has beyond `level` the share `cut` is lost; cut = 1 is an amplifier that clips there.
+
+    Clipped, a force F is F/(1 + |F/level|^(1/softness))^softness: with softness 0 F itself up to the level,
+    which it then keeps; the larger that is, the earlier the force begins to flatten.
+    """
 
     card: ClassVar[Card] = Card(
         title="Force channel clips its peaks",
@@ -46,17 +55,28 @@ class ForceClipping(AbstractEffect):
     level: Float[Array, ""] | float = parameter(
         "N", "force up to which the channel is linear", lower=0.0, typical=0.9, span=(2.5, 2.5), default=6.0
     )
+    softness: Float[Array, ""] | float = parameter(
+        "1",
+        "how early the force begins to flatten before the level",
+        lower=0.0,
+        upper=0.5,
+        typical=0.25,
+        default=0.0,
+    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(
-            oscillator, instrument=_ClippedForce(oscillator.instrument, self.cut, self.level)
-        )
+        instrument = _ClippedForce(oscillator.instrument, self.cut, self.level, self.softness)
+        return dataclasses.replace(oscillator, instrument=instrument)
 
 
 class _ClippedForce(AbstractForceLink):
     inner: AbstractInstrument
     cut: Scalar
     level: Scalar
+    softness: Scalar
 
     def passed(self, own: Any, motion: Motion, friction: Scalar) -> Scalar:
-        return friction - self.cut * (friction - jnp.clip(friction, -self.level, self.level))
+        softness = self.softness + HARD
+        above = jnp.log(jnp.maximum(jnp.abs(friction), LEAST * self.level) / self.level)
+        clipped = friction * jnp.exp(-softness * jnp.logaddexp(0.0, above / softness))
+        return friction - self.cut * (friction - clipped)

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter
-from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction
+from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction, sense_of
 from jaxstick.parts.motion import Scalar
 from jaxstick.parts.track import Trace
 
@@ -67,7 +67,7 @@ class SlipWeakening(AbstractEffect):
 
 class _Weakening(AbstractContact):
     """State: that of `inner`, what is left of the excess, 0 to 1, and the share of the last window that
-    slipped."""
+    slipped, by the sense of that slip."""
 
     k1: Scalar
     inner: AbstractContact
@@ -78,29 +78,33 @@ class _Weakening(AbstractContact):
         moves = (approach.rate != 0) & (approach.rest <= 0)
         left = jnp.where(moves, 0.0, 1.0)
         if approach.rates is not None:
-            slid = jnp.where(moves, _slid(approach.rates, approach.rate), 0.0)
-            left = jnp.exp(-slid * self.per_distance)
+            still = traction.limit(0.0, sense_of(approach.rate)) / self.k1
+            slid = _travelled(approach.rates, approach.rate) - (2 + self.peak) * still
+            left = jnp.exp(-jnp.where(moves, jnp.maximum(slid, 0.0), 0.0) * self.per_distance)
         friction, inner = self.inner.initial(approach, self._raised(left, traction))
-        return friction, (inner, left, jnp.where(moves, 1.0, 0.0))
+        return friction, (inner, left, jnp.where(moves, sense_of(approach.rate), 0.0))
 
     def grip(self, state: Any, passage: Passage, traction: Traction) -> Grip:
         inner, left, slip = state
-        there = self._left(left, slip, passage)
+        there = self._left(left, slip, jnp.abs(slip), passage)
         grip = self.inner.grip(inner, passage, self._raised(there, traction))
-        return grip._replace(state=(grip.state, self._left(left, grip.slip, passage), grip.slip))
+        left = self._left(left, slip, grip.slip, passage)
+        return grip._replace(state=(grip.state, left, sense_of(passage.slide) * grip.slip))
 
-    def _left(self, left: Scalar, slip: Scalar, passage: Passage) -> Scalar:
-        """What is left at the end of a window of which this share slips."""
-        torn = jnp.exp(-self.per_distance * jnp.abs(passage.slide) * slip)
-        return 1 - slip * (1 - left * torn)
+    def _left(self, left: Scalar, before: Scalar, slip: Scalar, passage: Passage) -> Scalar:
+        """What is left at the end of a window of which this share slips. The excess is back to the share by
+        which less slips than in the window `before`, and where the sense of sliding is another."""
+        onward = before * passage.slide > 0
+        lasting = jnp.where(onward, jnp.minimum(slip / jnp.where(onward, jnp.abs(before), 1.0), 1.0), 0.0)
+        return (1 - lasting * (1 - left)) * jnp.exp(-self.per_distance * jnp.abs(passage.slide) * slip)
 
     def _raised(self, left: Scalar, traction: Traction) -> Traction:
         factor = 1 + self.peak * left
         return traction._replace(limit=lambda rate, sense: traction.limit(rate, sense) * factor)
 
 
-def _slid(rates: Trace, now: Scalar) -> Array:
-    """The distance slid in one direction up to now [m], as far back as the sliding velocities go."""
+def _travelled(rates: Trace, now: Scalar) -> Array:
+    """The distance travelled in one direction up to now [m], as far back as the sliding velocities go."""
     values, spans = jnp.asarray(rates.values), jnp.diff(jnp.asarray(rates.lags))
     onward = jnp.cumprod(jnp.where(values * now > 0, 1.0, 0.0))
     means = jnp.abs(values[:-1] + values[1:]) / 2

@@ -124,6 +124,16 @@ def test_the_two_directions_differ_by_their_own_shares() -> None:
     assert np.abs(run.force - expected)[slip].max() < 2e-3 * STATIC
 
 
+@pytest.mark.parametrize("steady", [0.4, 1.0])
+def test_the_directions_may_differ_by_what_does_not_weaken_with_speed(steady: float) -> None:
+    run = simulated(with_effect(NOMINAL, "asymmetric_friction", dry=0.1, steady=steady))
+    slip, sign, speed = slipping(run), np.sign(run.v), np.abs(run.v)
+    dry = A * np.exp(-B * speed) + C
+    expected = -sign * (dry + D * speed) - 0.1 * (steady * STATIC + (1 - steady) * dry)
+    assert np.abs(run.force - expected)[slip].max() < 2e-3 * STATIC
+    assert 0.1 * steady * (STATIC - dry)[slip].max() > 5e-3 * STATIC
+
+
 @pytest.mark.parametrize("excess", [-0.5, 1.0])
 def test_the_stribeck_curve_takes_another_exponent(excess: float) -> None:
     reference = 0.03
@@ -323,6 +333,21 @@ def test_what_ages_while_it_slips_has_the_age_of_a_distance() -> None:
     assert -float(begun) == pytest.approx(expected, rel=1e-6)
 
 
+def test_what_ages_alike_in_stick_and_slip_is_renewed_by_what_its_spring_gives_way_to() -> None:
+    """age' = 1 - |v| age/distance while the spring is wound up, from the age of the rest before."""
+    step, rest, speed, growth, cutoff, distance = 1e-4, 2.0, 1e-3, 0.04, 0.01, 2e-5
+    contact = contact_of("dwell_strengthening", growth=growth, cutoff=cutoff, distance=distance, slipping=1.0)
+    force = -dragged(contact, speed * step * np.arange(2000), step, rest=rest)
+    creeping = A * math.exp(-B * speed) + C
+    expected = creeping
+    for _ in range(8):
+        renewed = expected / K1 / distance
+        age = distance / speed + (rest - distance / speed) * math.exp(-renewed)
+        expected = creeping * (1 + growth * math.log1p(age / cutoff))
+    assert renewed > 3
+    assert force.max() == pytest.approx(expected, rel=2e-3)
+
+
 def test_the_age_at_the_start_is_that_of_the_start() -> None:
     """A mass that has rested breaks away later: the simulation hands the time of rest to the contact."""
     oscillator = with_effect(NOMINAL, "dwell_strengthening", growth=0.05)
@@ -348,10 +373,39 @@ def test_static_friction_is_lost_over_a_distance_and_is_back_after_any_stop(rest
         np.testing.assert_allclose(along[beyond], expected, rtol=0.02 * peak)
 
 
+@pytest.mark.parametrize("step", [1e-3, 1e-4])
+def test_a_bristle_loses_its_peak_over_a_distance_however_fine_the_steps(step: float) -> None:
+    """Slow sliding there and back on a contact that always gives way a little, beside its equations in steps
+    of 10 us: z' = v (1 - alpha |z|/full), and the distance that tears grows with alpha |z|/full |v|."""
+    speed, peak, length, fine = 1e-3, 0.2, 1e-4, 1e-5
+    there = speed * step * np.arange(round(0.6 / step) + 1)
+    path = np.concatenate([there, there[-2::-1]])
+    contact = contact_of("slip_weakening", contact=SmoothContact(K1, 0.9), peak=peak, length=length)
+    force = -dragged(contact, path, step)
+    creeping = A * math.exp(-B * speed) + C
+    z = torn = 0.0
+    expected = [0.0]
+    for number in range(round(1.2 / fine)):
+        sense = 1.0 if number * fine < 0.6 else -1.0
+        if number * fine == 0.6:
+            torn = 0.0
+        full = creeping * (1 + peak * math.exp(-torn / length)) / K1
+        share = min(max((abs(z) / full - 0.9) / 0.1, 0.0), 1.0) if z * sense > 0 else 0.0
+        plastic = (0.5 - 0.5 * math.cos(math.pi * share)) * abs(z) / full
+        torn = torn + speed * fine * plastic if plastic > 0 else 0.0
+        z += sense * speed * fine * (1 - plastic)
+        expected.append(K1 * z)
+    beside = np.array(expected)[:: round(step / fine)]
+    assert np.abs(force[2:] - beside[2:]).max() < 0.05 * peak * creeping
+    assert min(beside.max(), -beside.min()) > (1 + 0.5 * peak) * creeping
+
+
 def test_a_mass_that_is_picked_up_in_slip_has_lost_what_it_has_slid() -> None:
-    """At 2 mm/s for 40 ms, after 0.1 s the other way: what is left at the start is that of 80 um."""
-    lags = np.linspace(0.0, 0.14, 281)
-    rates = Trace(lags, np.where(lags < 0.04, 2e-3, -2e-3))
+    """At 2 mm/s, after 0.1 s the other way, for 40 ms more than its spring takes to be wound up from static
+    friction there to that with the peak here: what is left at the start is that of 80 um."""
+    winding = (2 + 0.2) * STATIC / K1 / 2e-3
+    lags = np.linspace(0.0, 0.14 + winding, 2001)
+    rates = Trace(lags, np.where(lags < 0.04 + winding, 2e-3, -2e-3))
     contact = contact_of("slip_weakening", peak=0.2, length=1e-4)
     traction = Traction(limit=lambda rate, sense: STATIC, viscous=lambda rate, sense: 0.0)
 

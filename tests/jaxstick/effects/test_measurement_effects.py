@@ -302,9 +302,19 @@ def test_the_clipped_force_keeps_a_share_above_the_level():
     entering = np.asarray(force(TIME))
     beyond = np.sign(entering) * np.maximum(np.abs(entering) - 6.0, 0.0)
     half = recorded(instrument("force_clipping", cut=0.5, level=6.0), force).friction
-    np.testing.assert_allclose(half, entering - 0.5 * beyond, atol=1e-12)
+    np.testing.assert_allclose(half, entering - 0.5 * beyond, atol=1e-8)
     hard = recorded(instrument("force_clipping", cut=1.0, level=6.0), force).friction
     assert np.max(np.abs(hard)) == pytest.approx(6.0)
+
+
+def test_a_channel_that_clips_softly_flattens_forces_below_the_level_too():
+    def force(t):
+        return 10 * jnp.sin(9.0 * t)
+
+    entering = np.asarray(force(TIME))
+    soft = recorded(instrument("force_clipping", cut=0.8, level=6.0, softness=0.5), force).friction
+    clipped = entering / np.sqrt(1 + (entering / 6.0) ** 2)
+    np.testing.assert_allclose(soft, entering - 0.8 * (entering - clipped), atol=1e-6)
 
 
 HARMONICS = {"second_even": 0.3, "second_odd": -0.4, "third_even": -0.2, "third_odd": 0.1}
