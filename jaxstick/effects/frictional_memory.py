@@ -14,6 +14,7 @@ from jaxstick.parameter import parameter, part_of_it
 from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction
 from jaxstick.parts.lag import Lag, followed, lagged, settled
 from jaxstick.parts.motion import Scalar
+from jaxstick.parts.track import Trace
 
 INSTANT = 1e-4
 """Where the limit of the contact at another velocity than that of the start is asked for, it is taken to have
@@ -29,8 +30,10 @@ class FrictionalMemory(AbstractEffect):
     A curvature near 0 is a lag of first order; the nearer it is to 1/3 (Bessel's filter of second order), the
     nearer the lag comes to a pure delay, as which it was first described. Where the velocity itself lags, the
     speed passes through zero after every reversal, only later; a film whose thickness follows the speed keeps
-    part of it. The viscous part sees the velocity as it is. A motion that is picked up in the middle of a
-    record begins with what the sliding before it has led to.
+    part of it. While it slides at v the lag is lag/(1 + quickening |v|): a film needs a time to settle at a
+    new speed, contacts that are renewed need a distance, where `quickening` is large that of lag/quickening.
+    The viscous part sees the velocity as it is. A motion that is picked up in the middle of a record begins
+    with what the sliding before it has led to.
     """
 
     card: ClassVar[Card] = Card(
@@ -68,10 +71,18 @@ class FrictionalMemory(AbstractEffect):
     unsigned: Float[Array, ""] | float = part_of_it(
         "share in which the size of the velocity lags, not the velocity itself, which passes through zero"
     )
+    quickening: Float[Array, ""] | float = parameter(
+        "s/m",
+        "by how much friction follows faster at a sliding velocity, relative",
+        lower=0.0,
+        typical=0.5,
+        span=(50.0, 100.0),
+        default=0.0,
+    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
         contact = oscillator.contact
-        lagging = _Lagging(contact.k1, contact, self.lag, self.curvature, self.unsigned)
+        lagging = _Lagging(contact.k1, contact, self.lag, self.curvature, self.unsigned, self.quickening)
         return dataclasses.replace(oscillator, contact=lagging)
 
 
@@ -90,14 +101,17 @@ class _Lagging(AbstractContact):
     lag: Scalar
     curvature: Scalar
     unsigned: Scalar
+    quickening: Scalar
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
         if approach.rates is None:
             lags = _Lags(*(settled(rate, jnp.zeros_like(rate)) for rate in _both(approach.rate)))
         else:
-            traces = (
-                approach.rates._replace(values=rates) for rates in _both(jnp.asarray(approach.rates.values))
-            )
+            before = approach.rates
+            rates, ages = jnp.asarray(before.values), jnp.asarray(before.lags)
+            gone = jnp.diff(ages) * jnp.abs(rates[1:] + rates[:-1]) / 2
+            ages = ages.at[1:].add(self.quickening * jnp.cumsum(gone))
+            traces = (Trace(ages, each) for each in _both(rates))
             lags = _Lags(*(followed(trace, self.lag, self.curvature) for trace in traces))
         follows = INSTANT / (self.lag + INSTANT)
         seen = self._seen(lags)
@@ -112,10 +126,11 @@ class _Lagging(AbstractContact):
 
     def grip(self, state: Any, passage: Passage, traction: Traction) -> Grip:
         inner, lags = state
+        step = passage.step + self.quickening * jnp.abs(passage.slide)
 
         def after(rate: Scalar) -> _Lags:
             steps = zip(lags, _both(rate), strict=True)
-            return _Lags(*(lagged(own, to, passage.step, self.lag, self.curvature) for own, to in steps))
+            return _Lags(*(lagged(own, to, step, self.lag, self.curvature) for own, to in steps))
 
         remembering = traction._replace(
             limit=lambda rate, sense: traction.limit(self._seen(after(rate)), sense)
