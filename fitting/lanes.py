@@ -41,7 +41,7 @@ class Lanes(eqx.Module):
     `rig_shift` holds what each lane's rig parameters differ by from the hypothesis; weights are reciprocal
     standard deviations of the channels, 0 where a sample does not count; `start` and `start_deviation` are
     the prior of displacement, velocity and contact force at the first sample; `rest` [s], `impulse` [N s],
-    `slid` and `recorded` [N] say for how long the mass has then been at rest, what the friction force has by
+    `slid` and `recorded` [N] say for how long the contact has then held, what the friction force has by
     then added up to, the sense in which the mass slid last (1, -1, 0: not known), and what the force channel
     shows, smoothed over a few samples (not a number without that channel); `track`, where mass and base have
     been.

@@ -28,8 +28,9 @@ NOISE_EXCESS, EXACT = 1.1, 1e-6
 WHITE_EXCESS, WHITE = 1.5, 0.2
 """or so many times where neighbouring samples of what is left are less correlated than this: the noise of a
 short record is known to a tenth at best."""
-STILL = 0.02
-"""A mass moves where its velocity is above this share of its top and 4 of its standard deviations;"""
+RINGS = 0.1
+"""A mass that moves no faster than this share of its top speed, or 4 of its standard deviations, may ring in
+stick;"""
 FAST = 0.3
 """above this one it surely slides,"""
 ALL_BUT = 0.7
@@ -45,9 +46,10 @@ class Signals:
     `base` and `force` are the excitation at the samples (zero where the run has none); `ahead` is the base at
     `AHEAD` more samples after the last, where it is known to go on as before, else empty. `friction` is the
     recorded friction force or, without that channel, m x'' + c x' + K x - k_d y - c_d y' - u. `rest` is for
-    how long the mass has been at rest [s], `impulse` the integral of the friction force from the beginning of
-    the run [N s], `slid` the sense in which the mass slid last (1, -1, or 0 where it has not yet), `recorded`
-    the recorded friction force smoothed over a few samples, not a number without that channel.
+    how long the contact has held since the mass slid last [s], `impulse` the integral of the friction force
+    from the beginning of the run [N s], `slid` the sense in which the mass slid last (1, -1, or 0 where it
+    has not yet), `recorded` the recorded friction force smoothed over a few samples, not a number without
+    that channel.
     """
 
     run: Run
@@ -97,7 +99,8 @@ def read_signals(run: Run, noise: Noise) -> Signals:
     else:
         recorded = np.full(len(velocity), math.nan)
         friction, friction_deviation = _balance(run, base, force, velocity, window, displacement_noise)
-    moving = np.abs(velocity) > max(STILL * np.max(np.abs(velocity)), 4 * velocity_deviation)
+    moving = np.abs(velocity) > max(RINGS * np.max(np.abs(velocity)), 4 * velocity_deviation)
+    last = _last_sliding(velocity, friction, moving)
     return Signals(
         run,
         base,
@@ -110,9 +113,9 @@ def read_signals(run: Run, noise: Noise) -> Signals:
         base_noise,
         velocity_deviation,
         friction_deviation,
-        (np.arange(len(velocity)) - np.maximum(_last(moving), 0)) * dt,
+        (np.arange(len(velocity)) - np.maximum(last, 0)) * dt,
         cumulative_trapezoid(friction, dx=dt, initial=0.0),
-        _slid(velocity, friction, moving),
+        np.where(last < 0, 0.0, np.sign(velocity[last])),
         recorded,
     )
 
@@ -122,13 +125,14 @@ def _last(true: np.ndarray) -> np.ndarray:
     return np.maximum.accumulate(np.where(true, np.arange(len(true)), -1))
 
 
-def _slid(velocity: Samples, friction: Samples, moving: np.ndarray) -> Samples:
-    """The sense of the velocity when the mass last moved against a force as large as that of sliding: what
-    rings in stick moves, too."""
+def _last_sliding(velocity: Samples, friction: Samples, moving: np.ndarray) -> np.ndarray:
+    """The sample so far at which the mass last slid, -1 for none: moved fast, or against a force as large as
+    that of sliding, for what rings in stick moves, too."""
     speed = np.abs(velocity)
-    sliding = np.median(np.abs(friction[speed >= FAST * speed.max()]))
-    last = _last(moving & (velocity * friction < 0) & (np.abs(friction) > ALL_BUT * sliding))
-    return np.where(last < 0, 0.0, np.sign(velocity[last]))
+    fast = speed >= FAST * speed.max()
+    sliding = np.median(np.abs(friction[fast]))
+    resisted = (velocity * friction < 0) & (np.abs(friction) > ALL_BUT * sliding)
+    return _last(moving & (fast | resisted))
 
 
 def base_motion(run: Run, time: Samples) -> tuple[Samples, Samples]:

@@ -25,7 +25,7 @@ PROBE = 1e-7
 
 class Start(NamedTuple):
     """How a motion begins: displacement [m], velocity [m/s], friction force held by the contact [N], for how
-    long the contact has been at rest [s]; and, where it is picked up in the middle of a record, the integral
+    long that has held [s]; and, where it is picked up in the middle of a record, the integral
     of the recorded friction force from the beginning of the run [N s], the sense in which the mass slid last
     (1, -1, or 0 where it did not), the friction force as it is recorded there [N], not a number where it is
     not, and where mass and base have been, None where that was not recorded."""

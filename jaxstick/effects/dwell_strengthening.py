@@ -14,14 +14,15 @@ from jaxstick.parameter import parameter, part_of_it
 from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction
 from jaxstick.parts.motion import Scalar
 
-LEAST_POWER = 1e-6
-"""A power of time that is as good as its logarithm."""
+NEAR = 1e-6
+"""So near to 0 the mean of an exponential is a straight line."""
 
 
 class DwellStrengthening(AbstractEffect):
     """Multiplies the limit of the contact by 1 + growth ((1 + age/cutoff)^power - 1)/power.
 
-    A power near 0 is the logarithm, 1 + growth ln(1 + age/cutoff). The age [s] runs while the contact sticks,
+    A power near 0 is the logarithm, 1 + growth ln(1 + age/cutoff); below it friction comes to an end of
+    growth, at 1 - growth/power. The age [s] runs while the contact sticks,
     and slip by `distance` brings it down to 1/e. By the share `slipping` either is so in stick and slip
     alike: the contact ages while it slips, too, and what its spring gives way to renews it. With `slipping` 1
     that is Dieterich's ageing law, age' = 1 - |v| age/distance.
@@ -64,10 +65,10 @@ class DwellStrengthening(AbstractEffect):
     )
     power: Float[Array, ""] | float = parameter(
         "1",
-        "how friction grows with time: 0 with its logarithm, else with this power of it",
-        lower=0.0,
+        "how friction grows with time: 0 with its logarithm, above with this power of it, below to an end",
+        lower=-2.0,
         upper=0.5,
-        typical=0.2,
+        typical=0.7,
         default=0.0,
     )
     slipping: Float[Array, ""] | float = part_of_it(
@@ -115,6 +116,12 @@ class _Ageing(AbstractContact):
         return grip._replace(state=(grip.state, age))
 
     def _aged(self, age: Scalar, traction: Traction) -> Traction:
-        power = self.power + LEAST_POWER
-        factor = 1 + self.growth * jnp.expm1(power * jnp.log1p(self.per_time * age)) / power
+        folds = jnp.log1p(self.per_time * age)
+        factor = 1 + self.growth * folds * _mean_of_exponential(self.power * folds)
         return traction._replace(limit=lambda rate, sense: traction.limit(rate, sense) * factor)
+
+
+def _mean_of_exponential(end: Scalar) -> Array:
+    """(exp(end) - 1)/end, 1 at 0."""
+    near = jnp.abs(end) < NEAR
+    return jnp.where(near, 1 + end / 2, jnp.expm1(end) / jnp.where(near, 1.0, end))

@@ -42,7 +42,7 @@ class Passage(NamedTuple):
 
 class Approach(NamedTuple):
     """How the contact comes to the first node: the force on the mass that its spring holds there [N], the
-    sliding velocity [m/s], for how long it has been at rest [s], the sense of the sliding before that, 1 or
+    sliding velocity [m/s], for how long it has held [s], the sense of the sliding before that, 1 or
     -1, 0 where it is not known: what yields element by element remembers it; and the sliding velocity in the
     time before the start [m/s], None where that is not known."""
 

@@ -18,7 +18,7 @@ def test_the_sense_of_the_last_sliding_is_kept_while_the_mass_rests():
     exact = own_run(SineDrive(0.8, 10.325e-3), samples=900)
     seen = read_signals(noisy(exact, np.random.default_rng(7)), NOISE)
     velocity = np.gradient(exact.displacement, exact.interval)
-    slides = np.abs(velocity) > 0.1 * np.max(np.abs(velocity))
+    slides = np.abs(velocity) > 0.15 * np.max(np.abs(velocity))
     assert np.array_equal(seen.slid[slides], np.sign(velocity[slides]))
     last = np.maximum.accumulate(np.where(slides, np.arange(len(slides)), 0))
     since = np.arange(len(slides)) - last
@@ -26,6 +26,22 @@ def test_the_sense_of_the_last_sliding_is_kept_while_the_mass_rests():
     assert np.count_nonzero(resting) > 100
     assert np.mean(seen.slid[resting] == np.sign(velocity[last][resting])) > 0.98
     assert set(np.unique(seen.slid)) <= {-1.0, 0.0, 1.0}
+
+
+def test_a_contact_holds_since_the_mass_slid_last_though_it_rings():
+    """The time of rest runs on while it moves to and fro by what its spring gives way to."""
+    exact = own_run(SineDrive(0.8, 10.325e-3), samples=900)
+    seen = read_signals(noisy(exact, np.random.default_rng(7)), NOISE)
+    velocity = np.gradient(exact.displacement, exact.interval)
+    speed = np.abs(velocity)
+    slides = speed > 0.1 * np.max(speed)
+    last = np.maximum.accumulate(np.where(slides, np.arange(len(slides)), 0))
+    held = (np.arange(len(slides)) - last) * exact.interval
+    stuck = (last > 0) & (held > 0.05) & (held < 0.2)
+    assert np.count_nonzero(stuck) > 50 and np.max(speed[stuck]) > 0.08 * np.max(speed)
+    assert np.median(np.abs(seen.rest[stuck] / held[stuck] - 1)) < 0.02
+    assert np.all(seen.rest <= held + 0.02)
+    assert np.all(seen.rest[speed > 0.3 * np.max(speed)] == 0)
 
 
 def test_a_mass_that_has_not_moved_yet_has_not_slid():

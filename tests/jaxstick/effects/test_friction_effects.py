@@ -306,12 +306,13 @@ def test_a_lag_makes_a_loop_that_is_higher_while_speeding_up() -> None:
 
 
 def strengthened(age: float, power: float) -> float:
-    """The logarithm of 1 + age, or its power."""
+    """The logarithm of 1 + age, or its power, which has an end where that is negative."""
     return math.log1p(age) if power == 0 else ((1 + age) ** power - 1) / power
 
 
 @pytest.mark.parametrize(
-    ("rest", "before", "power"), [(0.02, 0.0, 0.0), (2.0, 0.0, 0.0), (0.5, 1.5, 0.0), (2.0, 0.0, 0.3)]
+    ("rest", "before", "power"),
+    [(0.02, 0.0, 0.0), (2.0, 0.0, 0.0), (0.5, 1.5, 0.0), (2.0, 0.0, 0.3), (2.0, 0.0, -1.5)],
 )
 def test_breakaway_grows_with_the_logarithm_of_rest_or_a_power(
     rest: float, before: float, power: float
