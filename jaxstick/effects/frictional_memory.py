@@ -111,7 +111,7 @@ class _Lagging(AbstractContact):
             rates, ages = jnp.asarray(before.values), jnp.asarray(before.lags)
             gone = jnp.diff(ages) * jnp.abs(rates[1:] + rates[:-1]) / 2
             ages = ages.at[1:].add(self.quickening * jnp.cumsum(gone))
-            traces = (Trace(ages, each) for each in _both(rates))
+            traces = (Trace(ages, jnp.asarray(each)) for each in _both(rates))
             lags = _Lags(*(followed(trace, self.lag, self.curvature) for trace in traces))
         follows = INSTANT / (self.lag + INSTANT)
         seen = self._seen(lags)
