@@ -21,11 +21,11 @@ NEAR = 1e-6
 class DwellStrengthening(AbstractEffect):
     """Multiplies the limit of the contact by 1 + growth ((1 + age/cutoff)^power - 1)/power.
 
-    A power near 0 is the logarithm, 1 + growth ln(1 + age/cutoff); below it friction comes to an end of
-    growth, at 1 - growth/power. The age [s] runs while the contact sticks,
-    and slip by `distance` brings it down to 1/e. By the share `slipping` either is so in stick and slip
-    alike: the contact ages while it slips, too, and what its spring gives way to renews it. With `slipping` 1
-    that is Dieterich's ageing law, age' = 1 - |v| age/distance.
+    A power near 0 is the logarithm, 1 + growth ln(1 + age/cutoff); below it the growth has an end, where the
+    factor is 1 - growth/power. The age [s] runs while the contact sticks, and slip by `distance` brings it
+    down to 1/e. By the share `slipping` either is so in stick and slip alike: the contact ages while it
+    slips, too, and what its spring gives way to renews it. With `slipping` 1 that is Dieterich's ageing law,
+    age' = 1 - |v| age/distance.
     """
 
     card: ClassVar[Card] = Card(
