@@ -20,7 +20,8 @@ class SlipWeakening(AbstractEffect):
     """Multiplies the limit of the contact by 1 + peak exp(-s/length), s the distance slid since it stuck.
 
     In stick s is 0, however long or short that lasts. A motion that is picked up in the middle of a record
-    has slid as far as the record before it says; without one, a mass in motion has slid for long.
+    has slid as far as the record before it says, less what its spring was wound up by after it turned;
+    without one, a mass in motion has slid for long.
     """
 
     card: ClassVar[Card] = Card(
