@@ -68,7 +68,7 @@ class DwellStrengthening(AbstractEffect):
         "how friction grows with time: 0 with its logarithm, above with this power of it, below to an end",
         lower=-2.0,
         upper=0.5,
-        typical=0.7,
+        typical=0.5,
         default=0.0,
     )
     slipping: Float[Array, ""] | float = part_of_it(

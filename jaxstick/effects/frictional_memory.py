@@ -30,10 +30,10 @@ class FrictionalMemory(AbstractEffect):
     A curvature near 0 is a lag of first order; the nearer it is to 1/3 (Bessel's filter of second order), the
     nearer the lag comes to a pure delay, as which it was first described. Where the velocity itself lags, the
     speed passes through zero after every reversal, only later; a film whose thickness follows the speed keeps
-    part of it. While it slides at v the lag is lag/(1 + quickening |v|): a film needs a time to settle at a
-    new speed, contacts that are renewed need a distance, where `quickening` is large that of lag/quickening.
-    The viscous part sees the velocity as it is. A motion that is picked up in the middle of a record begins
-    with what the sliding before it has led to.
+    part of it. While it slides at v the lag is lag/(1 + |v|/transition): a film needs a time to settle at a
+    new speed, contacts that are renewed need a distance, well above the transition that of lag times
+    transition. The viscous part sees the velocity as it is. A motion that is picked up in the middle of a
+    record begins with what the sliding before it has led to.
     """
 
     card: ClassVar[Card] = Card(
@@ -71,18 +71,18 @@ class FrictionalMemory(AbstractEffect):
     unsigned: Float[Array, ""] | float = part_of_it(
         "share in which the size of the velocity lags, not the velocity itself, which passes through zero"
     )
-    quickening: Float[Array, ""] | float = parameter(
-        "s/m",
-        "by how much friction follows faster at a sliding velocity, relative",
-        lower=0.0,
-        typical=0.5,
-        span=(50.0, 100.0),
-        default=0.0,
+    transition: Float[Array, ""] | float = parameter(
+        "m/s",
+        "sliding velocity above which friction follows over a distance rather than in a time",
+        lower=1e-9,
+        typical=2.0,
+        span=(100.0, 50.0),
+        default=1e3,
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
         contact = oscillator.contact
-        lagging = _Lagging(contact.k1, contact, self.lag, self.curvature, self.unsigned, self.quickening)
+        lagging = _Lagging(contact.k1, contact, self.lag, self.curvature, self.unsigned, 1 / self.transition)
         return dataclasses.replace(oscillator, contact=lagging)
 
 
@@ -101,7 +101,7 @@ class _Lagging(AbstractContact):
     lag: Scalar
     curvature: Scalar
     unsigned: Scalar
-    quickening: Scalar
+    per_speed: Scalar
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
         if approach.rates is None:
@@ -110,7 +110,7 @@ class _Lagging(AbstractContact):
             before = approach.rates
             rates, ages = jnp.asarray(before.values), jnp.asarray(before.lags)
             gone = jnp.diff(ages) * jnp.abs(rates[1:] + rates[:-1]) / 2
-            ages = ages.at[1:].add(self.quickening * jnp.cumsum(gone))
+            ages = ages.at[1:].add(self.per_speed * jnp.cumsum(gone))
             traces = (Trace(ages, jnp.asarray(each)) for each in _both(rates))
             lags = _Lags(*(followed(trace, self.lag, self.curvature) for trace in traces))
         follows = INSTANT / (self.lag + INSTANT)
@@ -126,7 +126,7 @@ class _Lagging(AbstractContact):
 
     def grip(self, state: Any, passage: Passage, traction: Traction) -> Grip:
         inner, lags = state
-        step = passage.step + self.quickening * jnp.abs(passage.slide)
+        step = passage.step + self.per_speed * jnp.abs(passage.slide)
 
         def after(rate: Scalar) -> _Lags:
             steps = zip(lags, _both(rate), strict=True)

@@ -26,7 +26,13 @@ def test_every_parameter_is_listed_once_with_its_place_in_dictionaries_too():
         *(f"nominal.drive.{n}" for n in ("frequency", "base_amplitude", "force_amplitude", "phase")),
         *(f"nominal.friction.{n}" for n in "ABCD"),
         "nominal.contact.k1",
-        *("effects.first.force", "effects.second.dry", "effects.second.viscous", "effects.third.force"),
+        *(
+            "effects.first.force",
+            "effects.second.dry",
+            "effects.second.viscous",
+            "effects.second.steady",
+            "effects.third.force",
+        ),
     }
     units = {place.path[-1]: place.parameter.unit for place in parameters(HYPOTHESIS)}
     assert (units["mass"], units["B"], units["force"], units["dry"]) == ("kg", "s/m", "N", "1")

@@ -259,14 +259,14 @@ def test_what_lags_is_the_velocity_or_its_size() -> None:
         assert np.abs(force - A * math.exp(-B * speed) - C)[slip].max() < 0.05 * A
 
 
-def test_a_lag_that_quickens_with_speed_becomes_one_over_a_distance() -> None:
-    """After a jump of velocity what is seen has come 1 - 1/e of the way a length lag/quickening further on,
+def test_a_lag_in_time_becomes_one_over_a_distance() -> None:
+    """After a jump of velocity what is seen has come 1 - 1/e of the way a length lag transition further on,
     at either speed."""
     step, length = 1e-5, 1e-4
     for speed in (0.01, 0.04):
         path = np.concatenate([2e-3 * step * np.arange(10000), 0.02 + speed * step * np.arange(1, 2000)])
         path[10000:] += path[9999] - 0.02
-        contact = contact_of("frictional_memory", lag=1e3 * length, quickening=1e3, curvature=0.0)
+        contact = contact_of("frictional_memory", lag=1e3 * length, transition=1e-3, curvature=0.0)
         force = -dragged(contact, path, step)[10000:]
         seen = -np.log((force - C) / A) / B
         there = np.argmin(np.abs(path[10000:] - path[9999] - length))
@@ -274,11 +274,11 @@ def test_a_lag_that_quickens_with_speed_becomes_one_over_a_distance() -> None:
         assert (seen[there] - 2e-3) / (speed - 2e-3) == pytest.approx(1 - math.exp(-sooner), abs=0.01)
 
 
-@pytest.mark.parametrize(("at", "quickening"), [(1203, 0.0), (1287, 20.0), (1497, 0.0), (1623, 20.0)])
-def test_a_motion_that_is_picked_up_remembers_how_it_slid(at: int, quickening: float) -> None:
+@pytest.mark.parametrize(("at", "transition"), [(1203, 1e3), (1287, 0.05), (1497, 1e3), (1623, 0.05)])
+def test_a_motion_that_is_picked_up_remembers_how_it_slid(at: int, transition: float) -> None:
     """Friction goes on as in the run from its start, on a guide carried by the base too; a motion of which
     nothing is known before begins as if it had always slid so."""
-    lagging = with_effect(NOMINAL, "frictional_memory", lag=0.06, quickening=quickening)
+    lagging = with_effect(NOMINAL, "frictional_memory", lag=0.06, transition=transition)
     run = simulated(lagging)
     past = 1e-3 * np.arange(at + 1)
     base = np.asarray(DRIVE.at(jnp.asarray(past)).y)
