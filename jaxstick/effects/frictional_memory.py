@@ -75,8 +75,8 @@ class FrictionalMemory(AbstractEffect):
         "m/s",
         "sliding velocity above which friction follows over a distance rather than in a time",
         lower=1e-9,
-        typical=2.0,
-        span=(100.0, 50.0),
+        typical=100.0,
+        span=(5000.0, 10.0),
         default=1e3,
     )
 

@@ -110,7 +110,7 @@ def test_effects_and_freed_parameters_take_part_together(saved):
     """A freed mass shifts every run's own mass; an effect at its null value changes nothing."""
     key = next(iter(catalogue()))
     (effect,) = effects_at_null((key,)).values()
-    null = {f"{key}.{place.path[-1]}": place.parameter.null for place in parameters(effect)}
+    null = {f"{key}.{place.path[-1]}": float(place.of(effect)) for place in parameters(effect)}
     blank = {"low": None, "high": None, "unit": "1", "assumed": None, "standard_error": None}
     plan = RunPlan(file="new.csv", frequency=1.2, base_amplitude=0.008, rig=RIG, assumed=ASSUMED)
     heavy = dataclasses.replace(plan, rig=dataclasses.replace(RIG, mass=2.5))

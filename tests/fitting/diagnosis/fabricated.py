@@ -97,6 +97,7 @@ def fabricated(cycles: float = 5.0, rate: float = 500.0) -> tuple[Diagnosis, Dat
             TRUTH: (
                 Parameter("dry", 0.1181, 0.1162, 0.1203, "1"),
                 Parameter("viscous", 0.09, None, None, "1"),
+                Parameter("steady", 0.1, None, None, "1"),
             )
         },
         constants=_constants(TRUE),
@@ -118,7 +119,7 @@ def fabricated(cycles: float = 5.0, rate: float = 500.0) -> tuple[Diagnosis, Dat
         settings={"hold_out": HELD_OUT, "seed": 0, "workers": 2},
         seconds=41.7,
         closed_alone={},
-        correction=Correction(RIG, TRUE, {TRUTH: {"dry": 0.1181, "viscous": 0.09}}),
+        correction=Correction(RIG, TRUE, {TRUTH: {"dry": 0.1181, "viscous": 0.09, "steady": 0.1}}),
         limits=_limits(),
         others=_others(1.004),
         others_before=_others(0.992),

@@ -88,7 +88,7 @@ def test_the_corrected_rig_lies_beside_it(content, diagnosis, dataset, tmp_path)
             path = output.folder / "corrected_rig.toml"
             heads.append(path.read_text(encoding="utf-8") if path.exists() else None)
     sheet = load_rig(tmp_path / "0" / "corrected_rig.toml")
-    assert sheet.effects == {TRUTH: {"dry": 0.1181, "viscous": 0.09}}
+    assert sheet.effects == {TRUTH: {"dry": 0.1181, "viscous": 0.09, "steady": 0.1}}
     assert (sheet.rig, sheet.assumed) == (RIG, TRUE)
     assert [run.file for run in sheet.runs] == [run.file for run in dataset.runs]
     first, second, third = heads

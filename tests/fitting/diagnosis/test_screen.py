@@ -39,7 +39,7 @@ def test_the_expected_change_is_the_strength(slight: Screened, found: Refit):
     promise = next(promise for promise in slight.seen.usual if promise.key == UNEVEN)
     (dry,) = slight.model.index(f"{UNEVEN}.dry")
     scale = slight.model.members[dry].scale
-    assert promise.change[0] * scale == pytest.approx(DRY, rel=0.05)
+    assert promise.change[0] * scale == pytest.approx(DRY, rel=0.1)
     assert found.point.coordinates[dry] * scale == pytest.approx(DRY, rel=0.05)
 
 
