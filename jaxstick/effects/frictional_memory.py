@@ -108,10 +108,8 @@ class _Lagging(AbstractContact):
             lags = _Lags(*(settled(rate, jnp.zeros_like(rate)) for rate in _both(approach.rate)))
         else:
             before = approach.rates
-            rates, ages = jnp.asarray(before.values), jnp.asarray(before.lags)
-            gone = jnp.diff(ages) * jnp.abs(rates[1:] + rates[:-1]) / 2
-            ages = ages.at[1:].add(self.per_speed * jnp.cumsum(gone))
-            traces = (Trace(ages, jnp.asarray(each)) for each in _both(rates))
+            ages = jnp.asarray(before.lags).at[1:].add(self.per_speed * jnp.cumsum(before.ways()))
+            traces = (Trace(ages, jnp.asarray(each)) for each in _both(jnp.asarray(before.values)))
             lags = _Lags(*(followed(trace, self.lag, self.curvature) for trace in traces))
         follows = INSTANT / (self.lag + INSTANT)
         seen = self._seen(lags)

@@ -106,7 +106,5 @@ class _Weakening(AbstractContact):
 
 def _travelled(rates: Trace, now: Scalar) -> Array:
     """The distance travelled in one direction up to now [m], as far back as the sliding velocities go."""
-    values, spans = jnp.asarray(rates.values), jnp.diff(jnp.asarray(rates.lags))
-    onward = jnp.cumprod(jnp.where(values * now > 0, 1.0, 0.0))
-    means = jnp.abs(values[:-1] + values[1:]) / 2
-    return jnp.sum(onward[1:] * means * spans)
+    onward = jnp.cumprod(jnp.where(jnp.asarray(rates.values) * now > 0, 1.0, 0.0))
+    return jnp.sum(onward[1:] * rates.ways())

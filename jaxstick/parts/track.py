@@ -24,6 +24,11 @@ class Trace(NamedTuple):
         x = self.values[-1]
         return x, (self.values[-2] - x) / (self.lags[-1] - self.lags[-2])
 
+    def ways(self) -> Array:
+        """How far it went from point to point, where the values are velocities."""
+        values = jnp.asarray(self.values)
+        return jnp.diff(jnp.asarray(self.lags)) * jnp.abs(values[1:] + values[:-1]) / 2
+
     def followed(self, time: Array | float, begin: Array | float) -> Array:
         """Where w, with time w' = x - w, has come to at the start, from `begin` at the oldest point.
 
