@@ -99,8 +99,7 @@ def read_signals(run: Run, noise: Noise) -> Signals:
     else:
         recorded = np.full(len(velocity), math.nan)
         friction, friction_deviation = _balance(run, base, force, velocity, window, displacement_noise)
-    moving = np.abs(velocity) > max(RINGS * np.max(np.abs(velocity)), 4 * velocity_deviation)
-    last = _last_sliding(velocity, friction, moving)
+    last = _last_sliding(velocity, friction, 4 * velocity_deviation)
     return Signals(
         run,
         base,
@@ -120,19 +119,15 @@ def read_signals(run: Run, noise: Noise) -> Signals:
     )
 
 
-def _last(true: np.ndarray) -> np.ndarray:
-    """The index of the last sample so far of which something is true, -1 for none."""
-    return np.maximum.accumulate(np.where(true, np.arange(len(true)), -1))
-
-
-def _last_sliding(velocity: Samples, friction: Samples, moving: np.ndarray) -> np.ndarray:
+def _last_sliding(velocity: Samples, friction: Samples, still: float) -> np.ndarray:
     """The sample so far at which the mass last slid, -1 for none: moved fast, or against a force as large as
-    that of sliding, for what rings in stick moves, too."""
+    that of sliding, for what rings in stick moves, too; `still` is a velocity [m/s] that noise may show."""
     speed = np.abs(velocity)
+    moving = speed > max(RINGS * speed.max(), still)
     fast = speed >= FAST * speed.max()
     sliding = np.median(np.abs(friction[fast]))
     resisted = (velocity * friction < 0) & (np.abs(friction) > ALL_BUT * sliding)
-    return _last(moving & (fast | resisted))
+    return np.maximum.accumulate(np.where(moving & (fast | resisted), np.arange(len(speed)), -1))
 
 
 def base_motion(run: Run, time: Samples) -> tuple[Samples, Samples]:
