@@ -17,6 +17,7 @@ CYCLES = 4
 """So many cycles are looked back upon, or natural periods, where the excitation has none."""
 STRETCH = 3.0
 """Points lie closer together near the start, by about exp(3)."""
+GROWING = np.sinh(STRETCH * np.linspace(0, 1, POINTS)) / math.sinh(STRETCH)
 REPEATED = 0.2
 """A motion repeats itself where it changes by less than this share of itself from cycle to cycle."""
 
@@ -48,15 +49,26 @@ class History:
 
     def track(self, sample: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Times before a sample [s], from none on, and the displacements of mass and base there [m]."""
-        run = self.run
-        growing = np.sinh(STRETCH * np.linspace(0, 1, POINTS)) / math.sinh(STRETCH)
-        lags = self.span * growing
-        times = run.time[sample] - lags
-        if self.cycle is not None:
-            cycles = np.ceil((run.time[0] - times) / self.cycle - 1e-9)
-            times = times + self.cycle * np.maximum(cycles, 0)
-        mass, base = (np.interp(times, run.time, x) for x in (run.displacement, self.base))
+        lags = self.span * GROWING
+        times = self._within(self.run.time[sample] - lags)
+        mass, base = (np.interp(times, self.run.time, x) for x in (self.run.displacement, self.base))
         return lags, mass, base
+
+    def shown(self, sample: int) -> tuple[np.ndarray, np.ndarray]:
+        """Times before a sample [s], from none on and at first one interval apart, and what the force channel
+        showed there [N]; nothing but zero without that channel."""
+        run = self.run
+        lags = run.interval / GROWING[1] * GROWING
+        if run.friction is None:
+            return lags, np.zeros(POINTS)
+        return lags, np.interp(self._within(run.time[sample] - lags), run.time, run.friction)
+
+    def _within(self, times: np.ndarray) -> np.ndarray:
+        """The times, those before the run moved on by whole cycles to where the motion was the same."""
+        if self.cycle is None:
+            return times
+        cycles = np.ceil((self.run.time[0] - times) / self.cycle - 1e-9)
+        return times + self.cycle * np.maximum(cycles, 0)
 
 
 def _repeats(displacement: np.ndarray, cycle: float) -> bool:

@@ -21,7 +21,7 @@ from jaxstick.hypothesis import Hypothesis
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parameter import find, replace
 from jaxstick.parts.drive import RecordedDrive
-from jaxstick.parts.track import Track
+from jaxstick.parts.track import Trace, Track
 from jaxstick.simulate import OpenGrid, Trajectory, march
 
 ROOMS = (32, 256, 2048)
@@ -43,8 +43,8 @@ class Lanes(eqx.Module):
     the prior of displacement, velocity and contact force at the first sample; `rest` [s], `impulse` [N s],
     `slid` and `recorded` [N] say for how long the contact has then held, what the friction force has by
     then added up to, the sense in which the mass slid last (1, -1, 0: not known), and what the force channel
-    shows, smoothed over a few samples (not a number without that channel); `track`, where mass and base have
-    been.
+    shows, smoothed over a few samples (not a number without that channel); `shown`, what it has shown before,
+    and `track`, where mass and base have been.
     """
 
     rig_shift: Mapping[str, Lane]
@@ -61,6 +61,7 @@ class Lanes(eqx.Module):
     impulse: Lane
     slid: Lane
     recorded: Lane
+    shown: Trace
     track: Track
     substeps: int = eqx.field(static=True)
 
@@ -121,7 +122,7 @@ def lane_motion(oscillator: Oscillator, lane: Lanes, start: Array, pace: Pace) -
     samples = lane.displacement.shape[-1]
     grid = OpenGrid(origin, interval, jnp.asarray(pace.substeps), jnp.asarray(pace.reach), samples)
     past = (jnp.asarray(past) for past in (lane.rest, lane.impulse, lane.slid, lane.recorded))
-    begin = Start(start[0], start[1], start[2], *past, track=lane.track)
+    begin = Start(start[0], start[1], start[2], *past, shown=lane.shown, track=lane.track)
     return march(oscillator, begin, grid)
 
 

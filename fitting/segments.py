@@ -15,7 +15,7 @@ from fitting.history import History
 from fitting.lanes import Lanes
 from fitting.signals import Signals, base_motion, natural_period
 from jaxstick.parts.drive import Extent, RecordedDrive
-from jaxstick.parts.track import Track
+from jaxstick.parts.track import Trace, Track
 from jaxstick.record import KnownRig
 
 KNOTS_A_PERIOD = 40
@@ -103,6 +103,7 @@ def lay_out(
         impulse=stacked["impulse"],
         slid=stacked["slid"],
         recorded=stacked["recorded"],
+        shown=Trace(stacked["shown_lags"], stacked["shown"]),
         track=Track(stacked["lags"], stacked["been"], stacked["base_been"]),
         substeps=substeps,
     )
@@ -161,6 +162,7 @@ def _lane(
     piece = np.minimum(piece, len(pieces[0]) - 1)
     has_friction = run.friction is not None
     lags, been, base_been = history.track(segment.first)
+    shown_lags, shown = history.shown(segment.first)
     friction_weight = counts / signal.friction_noise if signal.friction_noise else np.zeros(samples)
     start = [run.displacement[index[0]], signal.velocity[index[0]], signal.friction[index[0]]]
     deviation = [
@@ -183,6 +185,8 @@ def _lane(
         "impulse": signal.impulse[segment.first],
         "slid": signal.slid[segment.first],
         "recorded": signal.recorded[segment.first],
+        "shown_lags": shown_lags,
+        "shown": shown,
         "lags": lags,
         "been": been,
         "base_been": base_been,

@@ -28,7 +28,7 @@ class Start(NamedTuple):
     long that has held [s]; and, where it is picked up in the middle of a record, the integral
     of the recorded friction force from the beginning of the run [N s], the sense in which the mass slid last
     (1, -1, or 0 where it did not), the friction force as it is recorded there [N], not a number where it is
-    not, and where mass and base have been, None where that was not recorded."""
+    not, what that has shown before, and where mass and base have been, None where that was not recorded."""
 
     displacement: Scalar = 0.0
     velocity: Scalar = 0.0
@@ -37,6 +37,7 @@ class Start(NamedTuple):
     impulse: Scalar = 0.0
     slid: Scalar = 0.0
     recorded: Scalar = math.nan
+    shown: Trace | None = None
     track: Track | None = None
 
 
@@ -104,7 +105,7 @@ class Oscillator(eqx.Module):
         friction, contact = self.contact.initial(approach, traction)
         motion = motion._replace(track=None, a=(self.rig.force(rig, motion) + friction) / self.rig.inertia())
         rate = self._friction_rate(motion, self.rig.surface(excitation), rig, contact, traction)
-        past = Past(rate, start.impulse, start.recorded)
+        past = Past(rate, start.impulse, start.recorded, start.shown)
         instrument = self.instrument.initial(motion, friction, past)
         return State(start.displacement, start.velocity, friction, contact, rig, law, instrument)
 

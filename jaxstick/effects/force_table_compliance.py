@@ -5,16 +5,20 @@ from __future__ import annotations
 import dataclasses
 from typing import ClassVar
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
-from jaxstick.parameter import parameter
+from jaxstick.parameter import parameter, part_of_it
 from jaxstick.parts.force_link import AbstractForceLink
 from jaxstick.parts.instrument import AbstractInstrument, Past
-from jaxstick.parts.lag import Lag, lagged, settled
+from jaxstick.parts.lag import Lag, followed, lagged, settled
 from jaxstick.parts.motion import Motion, Scalar
+
+LEAST_LEFT = 0.02
+"""No less of the force than this share is taken to be recorded at once before a start."""
 
 
 class ForceTableCompliance(AbstractEffect):
@@ -22,6 +26,8 @@ class ForceTableCompliance(AbstractEffect):
 
         f = F + share (r - F),   r'' + 2 damping w r' + w^2 r = w^2 F,   w = 2 pi frequency
 
+    A table with two modes answers with (1 - second) r + second r2, r2 being what a mode with the same damping
+    ratio and `ratio` times the natural frequency answers.
     A rigid table (w without end) would be a null value too, but next to it the table's answer to an edge of F
     is 1/w^2 times a spike, of no use as a first-order forecast of a ring; the share makes one for the
     frequency at hand. A table that carries the whole contact has share 1.
@@ -58,31 +64,57 @@ class ForceTableCompliance(AbstractEffect):
     damping: Float[Array, ""] | float = parameter(
         "1", "damping ratio of the table", lower=0.005, upper=0.5, typical=0.05, default=0.05
     )
+    second: Float[Array, ""] | float = part_of_it("share of what the table passes that its second mode does")
+    ratio: Float[Array, ""] | float = parameter(
+        "1",
+        "natural frequency of the second mode over that of the first",
+        lower=1.3,
+        upper=10.0,
+        typical=2.5,
+        default=2.5,
+    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(
-            oscillator,
-            instrument=_RingingForce(oscillator.instrument, self.share, self.frequency, self.damping),
-        )
+        radian = 1 / (2 * jnp.pi * self.frequency * jnp.stack([jnp.ones(()), jnp.asarray(self.ratio)]))
+        weights = jnp.stack([1 - jnp.asarray(self.second), jnp.asarray(self.second)])
+        ringing = _RingingForce(oscillator.instrument, self.share, radian, self.damping, weights)
+        return dataclasses.replace(oscillator, instrument=ringing)
 
 
 class _RingingForce(AbstractForceLink):
+    """`radian`: the times in which the modes turn by one radian [s]; `weights`: their shares.
+
+    Where the force channel is known before the start, a mode rings there as that has made it ring: of what it
+    showed, f = (1 - s) F + s r, the mode has its share s of `share`, whence
+
+        r'' + 2 damping w r' + w^2/(1 - s) r = w^2/(1 - s) f,
+
+    the other mode taken to follow the force at once.
+    """
+
     inner: AbstractInstrument
     share: Scalar
-    frequency: Scalar
+    radian: Array
     damping: Scalar
-
-    def _radian(self) -> Scalar:
-        """The time in which the table turns by one radian [s]."""
-        return 1 / (2 * jnp.pi * self.frequency)
+    weights: Array
 
     def begin(self, motion: Motion, friction: Scalar, past: Past) -> Lag:
-        change = past.change(friction, self._radian())
-        return settled(friction, 2 * self.damping * change)
+        still = settled(friction, 2 * self.damping * past.change(friction, self.radian))
+        if past.shown is None:
+            return still
+        left = jnp.maximum(1 - self.share * self.weights, LEAST_LEFT)
+        time, curvature = 2 * self.damping * self.radian * left, 1 / (4 * self.damping**2 * left)
+        rung = jax.vmap(followed, (None, 0, 0))(past.shown, time, curvature)
+        unknown = jnp.isnan(past.recorded)
+        return Lag(
+            jnp.where(unknown, still.level, rung.level),
+            jnp.where(unknown, still.swing, rung.swing / left),
+            still.entering,
+        )
 
     def follow(self, own: Lag, motion: Motion, friction: Scalar, step: Scalar) -> Lag:
-        time = 2 * self.damping * self._radian()
+        time = 2 * self.damping * self.radian
         return lagged(own, friction, step, time, 1 / (4 * self.damping**2))
 
     def passed(self, own: Lag, motion: Motion, friction: Scalar) -> Scalar:
-        return friction + self.share * (own.level - friction)
+        return friction + self.share * (jnp.sum(self.weights * own.level) - friction)

@@ -10,6 +10,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from jaxstick.parts.motion import Motion, Scalar
+from jaxstick.parts.track import Trace
 
 
 class Reading(NamedTuple):
@@ -24,12 +25,14 @@ class Past(NamedTuple):
 
     rate, at which the friction force changes at the start [N/s]; impulse, the integral of the friction force
     as it was recorded, from the beginning of the run to the start [N s]; recorded, that force at the start
-    [N], not a number where nobody knows.
+    [N], not a number where nobody knows; shown, that force at times before the start [N], None where none is
+    known.
     """
 
     rate: Scalar = 0.0
     impulse: Scalar = 0.0
     recorded: Scalar = math.nan
+    shown: Trace | None = None
 
     def change(self, friction: Scalar, span: Scalar) -> Scalar:
         """By how much the friction force, `friction` [N] at the start, changed in the last `span` seconds:

@@ -10,7 +10,8 @@ from jaxstick.parts.motion import Scalar
 from jaxstick.parts.track import Trace
 
 FASTEST = 50.0
-"""A step of more time constants than this is as good as endless: exp(-50) is below rounding."""
+"""A step in which a lag fades more often than this by its e-th part is as good as endless: exp(-50) is below
+rounding."""
 
 SLIGHTEST = 1e-3
 """The least curvature of a lag: below it the second pole is a thousand times faster than the first."""
@@ -46,7 +47,7 @@ def lagged(lag: Lag, value: Scalar, step: Scalar, time: Scalar, curvature: Scala
     drift = time * (value - lag.entering) / step
     gap = lag.level - lag.entering + drift
     rush = lag.swing - drift
-    span = step / jnp.maximum(time, step / FASTEST)
+    span = step / jnp.maximum(time, step / (FASTEST * jnp.maximum(2 * curvature, 1.0)))
 
     slope = 1 / (2 * curvature)
     spread = jnp.sqrt(jnp.maximum(jnp.abs(1 - 4 * curvature), 1e-8))

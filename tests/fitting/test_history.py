@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -56,3 +58,15 @@ def test_a_motion_that_does_not_repeat_itself_began_at_rest(cycles: float, frequ
     assert before[known] == pytest.approx(np.interp(time[50] - lags[known], time, x), abs=1e-12)
     assert np.all(before[~known] == x[0]) and np.any(~known)
     assert lags[-1] == pytest.approx(CYCLES * (PERIOD if frequency is None else 1 / FREQUENCY))
+
+
+def test_the_force_channel_is_looked_back_upon_sample_by_sample_at_first():
+    time = INTERVAL * np.arange(1500, dtype=float)
+    run = moved(wave(time)).run
+    shown = dataclasses.replace(run, friction=100 * wave(time))
+    history = History.of(read_signals(shown, dataclasses.replace(NOISE, friction=1e-3)), PERIOD)
+    for sample in (3, 700):
+        lags, force = history.shown(sample)
+        assert lags[0] == 0 and lags[1] == pytest.approx(INTERVAL) and np.all(np.diff(lags) > 0)
+        assert force == pytest.approx(100 * wave(time[sample] - lags), abs=5e-3)
+    assert np.all(moved(wave(time)).shown(3)[1] == 0.0)

@@ -186,9 +186,9 @@ def test_every_parameter_matters_where_the_effect_is_present(key):
     assert norm(there - without()) > 1e-4
     for name in values:
         assert norm(there - seen(key, {**values, name: nothing(strengths(key)[name])}).value) > 1e-5
-    for name, kind in shape(key).items():
-        begun = values if float(find(null(key), name).of(null(key))) else {**values, name: typical(kind)}
-        slope = seen(key, begun, {name: 1.0}).slope
+    absent = {n: typical(k) for n, k in shape(key).items() if not float(find(null(key), n).of(null(key)))}
+    for name in shape(key):
+        slope = seen(key, {**values, **absent}, {name: 1.0}).slope
         assert np.all(np.isfinite(slope))
         assert norm(slope) > 0
 

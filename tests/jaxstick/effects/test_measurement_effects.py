@@ -19,6 +19,7 @@ from jaxstick.parameter import replace
 from jaxstick.parts.drive import RecordedDrive, SineDrive
 from jaxstick.parts.instrument import AbstractInstrument, IdealInstrument, Past, Reading
 from jaxstick.parts.motion import Motion, Scalar
+from jaxstick.parts.track import Trace
 from jaxstick.simulate import Grid, Trajectory, march
 from tests.jaxstick.rig1987_runs import RIG, constants
 
@@ -561,6 +562,21 @@ def test_a_segment_taken_from_a_record_begins_as_the_record_goes_on(key, values)
     expected = done(whole)[:, samples]
     assert np.sqrt(np.mean(expected**2)) > 0.9
     assert np.sqrt(np.mean((done(seen) - expected) ** 2)) < 0.1 * np.sqrt(np.mean(expected**2))
+
+
+def test_a_table_rings_on_where_a_segment_is_picked_up():
+    """A stretch of a record, long after the beginning of which it still rings, from what it showed before."""
+    oscillator = chain(NOMINAL, "force_table_compliance", share=0.3, frequency=20.0, damping=0.05, second=0.2)
+    whole = travelled(oscillator)
+    wrong = []
+    for first in range(120, 360, 20):
+        before = first - np.arange(96)
+        start = Start(whole.x[first], whole.v[first], whole.force[first], recorded=whole.friction[first])
+        known = start._replace(shown=Trace(2e-3 * np.arange(96), jnp.asarray(whole.friction[before])))
+        runs = [march(oscillator, each, Grid(2e-3 * first, 2e-3, 25, 5)) for each in (start, known)]
+        wrong.append([run.friction - whole.friction[first : first + 25] for run in runs])
+    blind, seeing = np.sqrt(np.mean(np.square(wrong), axis=(0, 2)))
+    assert seeing < 0.35 * blind
 
 
 def test_the_ideal_instrument_needs_no_past():
