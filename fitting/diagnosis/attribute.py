@@ -164,9 +164,11 @@ def on_another_bench(model: Model, bench: Bench, found: Attribution) -> Attribut
 def _again(
     model: Model, bench: Bench, found: Attribution, begun: Sequence[Refit]
 ) -> tuple[Refit, list[Explanation]]:
-    """The nominal model and the leading explanations, fitted once more from where these have begun."""
+    """The nominal model and the leading explanations, fitted once more from where these have begun; and those
+    that end above the nominal model, which they contain, with that one's lanes and constants lent to them."""
     fits = refit(model, bench, [fit.point for fit in begun], [fit.free for fit in begun])
     nominal, *others = model.side_by_side(lambda fit: released(model, bench, fit), fits)
+    others = model.side_by_side(lambda fit: borrowed(model, bench, fit, nominal), others)
     return nominal, [dataclasses.replace(e, refit=fit) for e, fit in zip(found.leading, others, strict=True)]
 
 

@@ -7,6 +7,7 @@ import dataclasses
 
 import numpy as np
 
+from fitting.diagnosis.another_time import in_another_time
 from fitting.diagnosis.attribute import Attribution, attribute, on_another_bench
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contacts import Chosen, concerns_contact
@@ -57,16 +58,35 @@ def _first(
 ) -> tuple[Chosen, Bench, Survey]:
     """The first survey: on the bench as it was laid out, or weighed at once by what does not repeat itself
     where that is a good part of what the nominal model leaves, and is notable under what is found then, too:
-    what keeps another time than the excitation does not repeat itself either, until it is in the model."""
+    what keeps another time than the excitation does not repeat itself either, until it is in the model,
+    alone or beside what was found."""
     model, begins = paper.model, paper.ground.begins
     nominal, known = nominal_on(model, plain, begin), ()
     if floor_of(model, plain, [nominal]) > max(NOTABLE, MOSTLY * nominal.misfit):
         chosen, bench = _evened(paper, paper.ground.bench, plain, held, nominal.point)
         seen = survey(model, bench, nominal_on(model, bench, nominal.point), begins, progress)
-        known, best = seen.found, seen.found[0].refit
-        if floor_of(model, plain, refit(model, plain, [best.point], [best.free])) > NOTABLE:
-            return chosen, bench, seen
-    return paper, plain, survey(model, plain, nominal, begins, progress, known)
+        (best,) = fitted_again(model, plain, seen.found[:1])
+        known = seen.found
+        if floor_of(model, plain, [best.refit]) > NOTABLE:
+            two = in_another_time(model, plain, best, seen.screen.shapes, progress)
+            if two is None:
+                return chosen, bench, seen
+            known = two, best
+    seen = survey(model, plain, nominal, begins, progress, known)
+    return paper, plain, _with_another_time(model, plain, seen, progress)
+
+
+def _with_another_time(model: Model, plain: Bench, seen: Survey, progress: Progress) -> Survey:
+    """The survey with what keeps another time beside its best effect, where a good deal does not repeat
+    itself under that."""
+    best = seen.found[0]
+    if not seen.scatters or len(best.keys) > 1:
+        return seen
+    two = in_another_time(model, plain, best, seen.screen.shapes, progress)
+    if two is None:
+        return seen
+    floor = min(seen.floor, floor_of(model, plain, [two.refit]))
+    return dataclasses.replace(seen, found=tuple(best_of([two, *seen.found])), floor=floor)
 
 
 def weighed_anew(

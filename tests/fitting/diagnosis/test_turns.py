@@ -72,13 +72,15 @@ def surveyed(
     nominal: float = 70.0,
     floors: tuple[float, ...] = (1.0,),
     asked: list[Bench] | None = None,
+    two: Explanation | None = None,
 ):
     """What is found where surveys come, one after the other, to these refits with these misfits above these
     floors; all of them are made, and no more, and each is told what the one before found. No other contact
     explains anything; `asked` takes the benches on which one was tried. The poor refit is the `nominal`
     model's, with that misfit; `floors`: under it, and under what the first survey found, where that is asked
-    for."""
-    left, known, told = list(script), [], list(floors)
+    for; `two`: what keeps another time beside the best effect."""
+    left, told = list(script), list(floors)
+    known: list[tuple[Explanation, ...]] = []
 
     def beside(chosen: Chosen, bench: Bench, seen: Survey, *others: object) -> tuple[Chosen, Survey]:
         if asked is not None:
@@ -92,13 +94,20 @@ def surveyed(
         known.append((Explanation((UNEVEN,), PROMISE, fit),))
         return Survey(fit, SCREEN, known[-1], floor)
 
+    def another(model: object, bench: Bench, best: Explanation, *others: object) -> Explanation | None:
+        assert bench is laid.plain
+        if two is not None:
+            known[-1] = two, best
+        return two
+
     def floor(model: object, bench: Bench, fits: Sequence[Refit]) -> float:
         assert bench is laid.plain
         return told.pop(0)
 
     poor = dataclasses.replace(laid.poor, misfit=nominal)
     monkeypatch.setattr(turns, "nominal_on", lambda *_: poor)
-    monkeypatch.setattr(turns, "refit", lambda *_: [laid.right])
+    monkeypatch.setattr(turns, "fitted_again", lambda *_: [Explanation((UNEVEN,), PROMISE, laid.right)])
+    monkeypatch.setattr(turns, "in_another_time", another)
     monkeypatch.setattr(turns, "floor_of", floor)
     monkeypatch.setattr(turns, "survey", scripted)
     monkeypatch.setattr(turns, "beside_single_effects", beside)
@@ -135,6 +144,17 @@ def test_what_only_keeps_another_time_is_not_weighed_by(laid, monkeypatch):
     script = (laid.right, 0.1, 1.0), (laid.right, 1.0, 1.0)
     chosen, bench, seen = surveyed(laid, monkeypatch, *script, floors=(65.0, 1.0))
     assert chosen is laid.paper and bench is laid.plain and seen.least == 1.0
+
+
+@pytest.mark.parametrize("floors", [(65.0, 40.0, 1.0), (1.0, 1.0)])
+def test_what_keeps_another_time_beside_another_effect_is_no_scatter(laid, monkeypatch, floors):
+    """Hum beside a force that is clipped, found before or after residuals are first weighed by scatter."""
+    both = Explanation((UNEVEN, "mains_hum"), PROMISE, dataclasses.replace(laid.right, misfit=1.0))
+    first = [(laid.right, 1.0, 1.0)] if len(floors) > 2 else []
+    script = *first, (laid.right, 70.0, 65.0)
+    chosen, bench, seen = surveyed(laid, monkeypatch, *script, floors=floors, two=both)
+    assert chosen is laid.paper and bench is laid.plain and not seen.scatters
+    assert [e.keys for e in seen.found] == [both.keys, (UNEVEN,)]
 
 
 def test_what_was_overrated_is_found_anew_and_not_on_top(laid, monkeypatch):
