@@ -15,10 +15,11 @@ from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import Closure
 from fitting.diagnosis.ground import resolved
-from fitting.diagnosis.judge import Judgement, refuted, weighed_again
+from fitting.diagnosis.judge import Judgement, refuted, succeeded, weighed_again
 from fitting.diagnosis.other_contact import beside_a_pair, in_place_of_one_of_two
 from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.shrink import (
+    CARRIES_OVER,
     CLEARLY,
     ONLY_HERE,
     Split,
@@ -42,6 +43,8 @@ ONLY_THERE = 1.1
 """Runs that took no part, and leave so many times their floor, show a gap that the others do not. Where
 nothing acted and nothing scattered none of 57 sealed cases left more than 1.06; one left 1.19 in which
 something did."""
+PLAUSIBLE = 0.03
+"""What succeeds an explanation that runs speak against which took no part was so many times as likely."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -127,13 +130,16 @@ def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquir
     shrunk = _shrunk(chosen, held, found, first, seed, rival)
     named, doubts = first, ()
     if first is not None:
-        found = dataclasses.replace(found, judgement=confirmed(found, first, shrunk, rival))
+        judged = confirmed(found, first, shrunk, rival)
+        instead = _succeeded(chosen, held, found, first, seed) if judged.verdict == UNLISTED else None
+        found = dataclasses.replace(found, judgement=instead or judged)
         named = _named(found)
         if named is None:
             doubts = (refutation(first.keys, shrunk),)
             shrunk = left_open(shrunk)
             found, anomalies = _off_the_shelf(paper, chosen, found)
         elif named is not first:
+            doubts = () if instead is None else (refutation(first.keys, shrunk),)
             shrunk = _shrunk(chosen, held, found, named, seed)
     progress.advance()
     return Inquiry(chosen, bench, held, found, named, shrunk, anomalies, doubts)
@@ -196,6 +202,35 @@ def confirmed(
     if found.shows_no_gap:
         return refuted(judgement, NONE) if worsens(shrunk) else judgement
     return refuted(judgement, UNLISTED) if worsens(shrunk, CLEARLY) else judgement
+
+
+def _succeeded(
+    chosen: Chosen, held: Split, found: Attribution, first: Explanation, seed: int
+) -> Judgement | None:
+    """The judgement where runs that took no part speak against what was named, and for the likeliest of what
+    leaves less of those that were fitted, and has no more effects: what acts in a few runs alone, as an end
+    stop, may be taken for something simpler. None where they speak for nothing of that."""
+    judged = found.judgement
+
+    def likely(e: Explanation) -> float:
+        return judged.explanations["+".join(e.keys)]
+
+    better = [
+        e
+        for e in found.explanations
+        if e.refit.misfit < first.refit.misfit
+        and len(e.keys) <= len(first.keys)
+        and likely(e) > PLAUSIBLE * likely(first)
+    ]
+    if not better:
+        return None
+    heir = max(better, key=likely)
+    found = dataclasses.replace(found, judgement=succeeded(judged, first.keys, heir.keys))
+    if _named(found) is not heir:
+        return None
+    shrunk = _shrunk(chosen, held, found, heir, seed)
+    carries_over = shrunk.gain > CARRIES_OVER * gain(found.nominal, heir.refit)
+    return confirmed(found, heir, shrunk) if carries_over else None
 
 
 def _shrunk(

@@ -79,6 +79,8 @@ NEXT_TO_NOTHING = 1e-9
 """What is left to "unlisted" where everything else is taken back."""
 REFUTED = 0.1
 """The share of its probability that an effect keeps when what took no part speaks against it."""
+SUCCEEDED = 0.05
+"""The share that it keeps when that speaks for another effect, too."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -302,6 +304,16 @@ def refuted(judgement: Judgement, heir: str = UNLISTED) -> Judgement:
         name: p if name in (NONE, UNLISTED) else REFUTED * p for name, p in judgement.explanations.items()
     }
     explanations[heir] += 1 - sum(explanations.values())
+    return _judged(explanations, judgement.effects, judgement.steadier, judgement.classes)
+
+
+def succeeded(judgement: Judgement, keys: tuple[str, ...], heir: tuple[str, ...]) -> Judgement:
+    """The judgement once runs that took no part have spoken against one explanation, and for another: what
+    was likely of the former is so of the latter, but for a twentieth."""
+    explanations = dict(judgement.explanations)
+    rest = (1 - SUCCEEDED) * explanations["+".join(keys)]
+    explanations["+".join(keys)] -= rest
+    explanations["+".join(heir)] += rest
     return _judged(explanations, judgement.effects, judgement.steadier, judgement.classes)
 
 

@@ -11,9 +11,11 @@ import pytest
 
 from fitting.diagnosis import diagnose as whole
 from fitting.diagnosis import inquiry as inquiries
+from fitting.diagnosis.attribute import Attribution
 from fitting.diagnosis.constancy import Trend
 from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.inquiry import Inquiry, _fits
+from fitting.diagnosis.judge import Judgement
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import Split
 from fitting.diagnosis.unrest import Unrest
@@ -223,3 +225,39 @@ def test_the_rival_is_measured_where_what_is_named_is(monkeypatch):
         shrunk = dataclasses.replace(CLOSED, before=1.3, interval=interval, steadier=-3.0, rival=4.0)
         inquiries.confirmed(found, named, shrunk, rival)  # pyright: ignore[reportArgumentType]
         assert asked.pop()[1:] == (("a",), steadier[0], {("a", "c"): steadier[1]})
+
+
+@pytest.mark.parametrize(
+    ("left", "gained", "likely", "taken"),
+    [
+        (0.9, 0.3, 0.2, ("stop",)),
+        (0.9, 0.1, 0.2, None),
+        (1.1, 0.3, 0.2, None),
+        (0.9, 0.3, 0.01, None),
+    ],
+    ids=["carries over", "does not", "leaves more", "hardly likely"],
+)
+def test_what_carries_over_succeeds_what_other_runs_speak_against(
+    monkeypatch, left: float, gained: float, likely: float, taken: tuple[str, ...] | None
+):
+    """An end stop that acts in a few runs, for which a cubic spring stood: it leaves less where it was
+    fitted, and gains where it was not what it gained there."""
+    rest = {"none": 0.05, "unlisted": 0.15, "both+stop": 0.0}
+    names = "cubic", "stop", "both", "none", "unlisted"
+    explanations = {"cubic": 0.8 - likely, "stop": likely, **rest}
+    judgement = Judgement(
+        explanations, dict.fromkeys(names, 0.0), "effect", ("cubic",), {("cubic",): 0.0, ("stop",): 0.0}, {}
+    )
+    fits = {"none": 10.0, "cubic": 1.0, "stop": left, "both+stop": 0.5}
+    nominal, *refits = (SimpleNamespace(cost=np.full(5, fit), misfit=fit) for fit in fits.values())
+    refits[1].cost = np.full(5, 10 * np.exp(-0.4))
+    explained = [
+        SimpleNamespace(keys=tuple(name.split("+")), refit=refit)
+        for name, refit in zip(("cubic", "stop", "both+stop"), refits, strict=True)
+    ]
+    found: Any = Attribution(nominal, tuple(explained), None, judgement, None)  # pyright: ignore[reportArgumentType]
+    shrunk = dataclasses.replace(CLOSED, gain=gained)
+    monkeypatch.setattr(inquiries, "_shrunk", lambda *_: shrunk)
+    monkeypatch.setattr(inquiries, "confirmed", lambda found, *_: found.judgement)
+    judged = inquiries._succeeded(None, None, found, explained[0], 0)  # pyright: ignore[reportArgumentType]
+    assert (None if judged is None else judged.named) == taken

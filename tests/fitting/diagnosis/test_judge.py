@@ -11,7 +11,15 @@ from hypothesis import strategies as st
 
 from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.enough import hints, leaves_nothing, suffices
-from fitting.diagnosis.judge import LEAST_INFLATION, astray, judge, pieces_of_evidence, refuted, weighed_again
+from fitting.diagnosis.judge import (
+    LEAST_INFLATION,
+    astray,
+    judge,
+    pieces_of_evidence,
+    refuted,
+    succeeded,
+    weighed_again,
+)
 from fitting.diagnosis.verdict import alternatives, verdict_of
 
 SHELF = [f"effect_{n}" for n in range(36)]
@@ -323,6 +331,18 @@ def test_what_other_runs_do_not_call_for_is_none():
     assert (doubted.verdict, doubted.named) == ("none", ())
     assert doubted.effects["unlisted"] == found.effects["unlisted"]
     assert sum(doubted.effects.values()) == pytest.approx(1.0)
+
+
+def test_what_other_runs_speak_for_succeeds_what_they_speak_against():
+    """The rest of the answers keep what they have."""
+    found = judge(1.3, [account(0, 1.02), account(1, 1.01, 3), account(2, 1.25)], SAMPLES, 40.0, SHELF)
+    assert found.taken == (SHELF[0],)
+    after = succeeded(found, (SHELF[0],), (SHELF[1],))
+    assert (after.verdict, after.named) == ("effect", (SHELF[1],))
+    assert after.effects[SHELF[0]] == pytest.approx(0.05 * found.effects[SHELF[0]])
+    assert sum(after.explanations.values()) == pytest.approx(1.0)
+    for other in ("none", "unlisted", SHELF[2]):
+        assert after.effects[other] == pytest.approx(found.effects[other])
 
 
 def test_a_pair_is_named_where_one_alone_leaves_a_gap():
