@@ -10,14 +10,21 @@ from jaxtyping import Array, Float
 
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
-from jaxstick.parameter import parameter
+from jaxstick.parameter import parameter, part_of_it
 from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction, sense_of
 from jaxstick.parts.motion import Scalar
 from jaxstick.parts.track import Trace
 
+CURVED = 1e-5
+"""An excess that is so little straight is as good as an exponential."""
+NOTHING = 1e-12
+"""An excess of which this share is left is gone."""
+
 
 class SlipWeakening(AbstractEffect):
-    """Multiplies the limit of the contact by 1 + peak exp(-s/length), s the distance slid since it stuck.
+    """Multiplies the limit of the contact by 1 + peak (1 - straight s/length)^(1/straight), s the distance
+    slid since it stuck: by 1 + peak exp(-s/length) with straight 0, along a line that ends at s = length with
+    straight 1.
 
     In stick s is 0, however long or short that lasts. A motion that is picked up in the middle of a record
     has slid as far as the record before it says, less what its spring was wound up by after it turned;
@@ -57,12 +64,18 @@ class SlipWeakening(AbstractEffect):
         default=0.0,
     )
     length: Float[Array, ""] | float = parameter(
-        "m", "distance of slip that takes the excess away to 1/e", lower=1e-9, typical=2e-2, default=1e-4
+        "m",
+        "distance of slip that would take the excess away were it lost as fast as at first; to 1/e of it if "
+        "straight is 0",
+        lower=1e-9,
+        typical=2e-2,
+        default=1e-4,
     )
+    straight: Float[Array, ""] | float = part_of_it("how far the excess goes to an end along a straight line")
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
         contact = oscillator.contact
-        weakening = _Weakening(contact.k1, contact, self.peak, 1 / self.length)
+        weakening = _Weakening(contact.k1, contact, self.peak, 1 / self.length, self.straight + CURVED)
         return dataclasses.replace(oscillator, contact=weakening)
 
 
@@ -74,6 +87,7 @@ class _Weakening(AbstractContact):
     inner: AbstractContact
     peak: Scalar
     per_distance: Scalar
+    straight: Scalar
 
     def initial(self, approach: Approach, traction: Traction) -> tuple[Scalar, Any]:
         moves = (approach.rate != 0) & (approach.rest <= 0)
@@ -81,7 +95,7 @@ class _Weakening(AbstractContact):
         if approach.rates is not None:
             still = traction.limit(0.0, sense_of(approach.rate)) / self.k1
             slid = _travelled(approach.rates, approach.rate) - (2 + self.peak) * still
-            left = jnp.exp(-jnp.where(moves, jnp.maximum(slid, 0.0), 0.0) * self.per_distance)
+            left = self._torn(1.0, jnp.where(moves, jnp.maximum(slid, 0.0), 0.0))
         friction, inner = self.inner.initial(approach, self._raised(left, traction))
         return friction, (inner, left, jnp.where(moves, sense_of(approach.rate), 0.0))
 
@@ -97,7 +111,13 @@ class _Weakening(AbstractContact):
         which less slips than in the window `before`, and where the sense of sliding is another."""
         onward = before * passage.slide > 0
         lasting = jnp.where(onward, jnp.minimum(slip / jnp.where(onward, jnp.abs(before), 1.0), 1.0), 0.0)
-        return (1 - lasting * (1 - left)) * jnp.exp(-self.per_distance * jnp.abs(passage.slide) * slip)
+        return self._torn(1 - lasting * (1 - left), jnp.abs(passage.slide) * slip)
+
+    def _torn(self, left: Scalar, slid: Scalar) -> Scalar:
+        """What is left of the excess, of which there was `left`, after a distance slid [m]."""
+        least = NOTHING**self.straight
+        power = jnp.maximum(left, NOTHING) ** self.straight - self.straight * self.per_distance * slid
+        return jnp.maximum(power, least) ** (1 / self.straight)
 
     def _raised(self, left: Scalar, traction: Traction) -> Traction:
         factor = 1 + self.peak * left

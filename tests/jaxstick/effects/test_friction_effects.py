@@ -372,20 +372,27 @@ def test_the_age_at_the_start_is_that_of_the_start() -> None:
     assert second > 1.1 * first
 
 
-@pytest.mark.parametrize("rest", [0.01, 1.0])
-def test_static_friction_is_lost_over_a_distance_and_is_back_after_any_stop(rest: float) -> None:
-    """A slow pull, a stop of `rest` seconds, and the pull again: 1 + peak exp(-s/length) times the law."""
+@pytest.mark.parametrize(("rest", "straight"), [(0.01, 0.0), (1.0, 0.0), (0.01, 0.5), (0.01, 1.0)])
+def test_static_friction_is_lost_over_a_distance_and_is_back_after_any_stop(
+    rest: float, straight: float
+) -> None:
+    """A slow pull, a stop of `rest` seconds, and the pull again: 1 + peak exp(-s/length) times the law, or
+    along a parabola or a straight line that comes to an end."""
     step, speed, peak, length = 1e-3, 1e-3, 0.2, 5e-5
     pull = speed * step * np.arange(1, 601)
     path = np.concatenate([pull, np.full(round(rest / step), pull[-1]), pull[-1] - pull])
-    force = -dragged(contact_of("slip_weakening", peak=peak, length=length), path, step)
+    contact = contact_of("slip_weakening", peak=peak, length=length, straight=straight)
+    force = -dragged(contact, path, step)
     creeping = A * math.exp(-B * speed) + C
     for there, sense in ((force[:598], 1), (force[-598:], -1)):
         along = sense * there
         assert along.max() == pytest.approx(creeping * (1 + peak), rel=5e-3)
         slid = (np.arange(598) - np.argmax(along)) * speed * step
         beyond = slid > 0
-        expected = creeping * (1 + peak * np.exp(-slid[beyond] / length))
+        left = np.exp(-slid / length)
+        if straight > 0:
+            left = np.maximum(1 - straight * slid / length, 0.0) ** (1 / straight)
+        expected = creeping * (1 + peak * left[beyond])
         np.testing.assert_allclose(along[beyond], expected, rtol=0.02 * peak)
 
 
