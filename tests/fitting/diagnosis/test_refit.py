@@ -115,8 +115,8 @@ def test_a_lane_whose_start_is_not_told_apart_spoils_no_refit(fitted, monkeypatc
 
 @pytest.mark.parametrize("weakening", [0.0, 0.3])
 def test_the_shape_of_an_effect_is_told_where_it_acts(weakening):
-    """Slip weakening: over which distance it fades, and how, is told where there is some, and by the prior alone where
-    there is none."""
+    """Slip weakening: over which distance it fades, and how, is told where there is some, and by the prior
+    alone where there is none."""
     effects = {"slip_weakening": SlipWeakening(weakening)}
     model, bench = laid_out(dataset(*noisy_runs({1.5: effects}, 3)))
     fit = from_the_truth(model, bench, model.sharing.together(("slip_weakening",)), model.origin(TRUTH))
