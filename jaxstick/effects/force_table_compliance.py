@@ -75,8 +75,8 @@ class ForceTableCompliance(AbstractEffect):
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        radian = 1 / (2 * jnp.pi * self.frequency * jnp.stack([jnp.ones(()), jnp.asarray(self.ratio)]))
-        weights = jnp.stack([1 - jnp.asarray(self.second), jnp.asarray(self.second)])
+        radian = 1 / (2 * jnp.pi * self.frequency * jnp.array([1.0, self.ratio]))
+        weights = jnp.array([1 - self.second, self.second])
         ringing = _RingingForce(oscillator.instrument, self.share, radian, self.damping, weights)
         return dataclasses.replace(oscillator, instrument=ringing)
 
