@@ -1,5 +1,5 @@
-"""Where mass and base have been before a segment of a run: read off the record, and beyond its beginning
-from the cycles that the motion repeats, or at rest where it repeats none."""
+"""Where mass and base have been before a segment of a run, and what the force channel showed: read off the
+record, and beyond its beginning from the cycles that the motion repeats, or at rest where it repeats none."""
 
 from __future__ import annotations
 
