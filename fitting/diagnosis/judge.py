@@ -310,21 +310,22 @@ def refuted(judgement: Judgement, heir: str = UNLISTED) -> Judgement:
 def succeeded(judgement: Judgement, keys: tuple[str, ...], heir: tuple[str, ...]) -> Judgement:
     """The judgement once runs that took no part have spoken against one explanation, and for another: what
     was likely of the former is so of the latter, but for a twentieth."""
-    explanations = dict(judgement.explanations)
-    rest = (1 - SUCCEEDED) * explanations["+".join(keys)]
-    explanations["+".join(keys)] -= rest
-    explanations["+".join(heir)] += rest
-    return _judged(explanations, judgement.effects, judgement.steadier, judgement.classes)
+    return _handed_on(judgement, "+".join(keys), "+".join(heir), SUCCEEDED)
 
 
 def astray(judgement: Judgement) -> Judgement:
     """The judgement where segments go astray although the rest shows no gap, or scatter more than friction
     that wanders can: whatever acts in these, it is not nothing. What was likely of "none" is so of
     "unlisted", but for a tenth."""
+    return _handed_on(judgement, NONE, UNLISTED, REFUTED)
+
+
+def _handed_on(judgement: Judgement, name: str, heir: str, kept: float) -> Judgement:
+    """The judgement where what is likely of one explanation is so of another, but for the share `kept`."""
     explanations = dict(judgement.explanations)
-    rest = (1 - REFUTED) * explanations[NONE]
-    explanations[NONE] -= rest
-    explanations[UNLISTED] += rest
+    rest = (1 - kept) * explanations[name]
+    explanations[name] -= rest
+    explanations[heir] += rest
     return _judged(explanations, judgement.effects, judgement.steadier, judgement.classes)
 
 
