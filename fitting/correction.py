@@ -37,7 +37,7 @@ def correction_of(hypothesis: Hypothesis, rig: KnownRig) -> Correction:
     return Correction(
         dataclasses.replace(rig, **found),
         AssumedConstants(**constants),
-        {key: _within_bounds(effect) for key, effect in hypothesis.effects.items()},
+        {key: _within_bounds(hypothesis.effects[key]) for key in hypothesis.order},
     )
 
 

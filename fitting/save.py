@@ -55,7 +55,7 @@ def fit_content(fit: Fit, dataset: DataSet) -> dict[str, Any]:
             }
             for run in fit.free_runs
         ],
-        "hypothesis": {"words": _words(fit), "effects": list(fit.hypothesis.effects)},
+        "hypothesis": {"words": _words(fit), "effects": list(fit.hypothesis.order)},
         "segments": {"number": fit.segments, "excluded": fit.excluded_segments},
         "search": {
             "starts": int(fit.descent.shape[1]),
@@ -116,7 +116,8 @@ def _words(fit: Fit) -> str:
         "friction F = -sign(v) [A exp(-B |v|) + C + D |v|] in slip, a spring k1 in stick, force continuous "
         "between them"
     )
-    titles = [effect.card.title.lower() for effect in fit.hypothesis.effects.values()]
+    effects = [fit.hypothesis.effects[key] for key in fit.hypothesis.order]
+    titles = [effect.card.title.lower() for effect in effects]
     return words + (f"; with {', '.join(titles)}" if titles else "")
 
 

@@ -16,17 +16,35 @@ from jaxstick.parameter import Parameter, parameters, replace
 
 
 class Hypothesis(eqx.Module):
-    """The nominal oscillator and effects under their keys; its parameters are those of both."""
+    """The nominal oscillator and effects under their keys; its parameters are those of both.
+
+    order: the keys, sorted, but for faults of the measuring chain: these stand as they were given, which is
+    as the signal passes through them from the contact to the record. A force that is clipped before a hum
+    comes to it shows another record than one that is clipped with the hum on it.
+    """
 
     nominal: Oscillator
     effects: dict[str, AbstractEffect] = eqx.field(default_factory=dict)
+    order: tuple[str, ...] = eqx.field(static=True, default=())
+
+    def __post_init__(self) -> None:
+        if {*self.order} != {*self.effects}:
+            given = iter(self._chain(self.effects))
+            self.order = tuple(next(given) if self._on_chain(key) else key for key in sorted(self.effects))
 
     def oscillator(self) -> Oscillator:
-        """The oscillator with every effect attached, in the order of their keys (as jax sorts them)."""
-        oscillator = self.nominal
-        for key in sorted(self.effects):
-            oscillator = self.effects[key].attach(oscillator)
+        """The oscillator with every effect attached, of the measuring chain's the one nearest to the contact
+        last."""
+        oscillator, chain = self.nominal, self._chain(self.order)
+        for key in self.order:
+            oscillator = self.effects[chain.pop() if self._on_chain(key) else key].attach(oscillator)
         return oscillator
+
+    def _chain(self, keys: Iterable[str]) -> list[str]:
+        return [key for key in keys if self._on_chain(key)]
+
+    def _on_chain(self, key: str) -> bool:
+        return self.effects[key].card.family == "measurement"
 
 
 def effects_at_null(keys: tuple[str, ...]) -> dict[str, AbstractEffect]:
@@ -42,8 +60,8 @@ def effects_at_null(keys: tuple[str, ...]) -> dict[str, AbstractEffect]:
 
 
 def effects_as_stated(stated: Mapping[str, Mapping[str, float]], where: object) -> dict[str, AbstractEffect]:
-    """The effects of a rig file with the values that it gives them [SI]; strengths that it does not give are
-    at null, shapes as the shelf has them.
+    """The effects of a rig file, in its order, with the values that it gives them [SI]; strengths that it
+    does not give are at null, shapes as the shelf has them.
 
     Raises UserError, beginning with `where`, the file's name, for a key that is not on the shelf, a parameter
     that the effect does not have, and a value beyond its bounds.

@@ -11,6 +11,7 @@ import numpy as np
 
 from fitting.diagnosis.accounts import Account, within_scatter
 from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.chain import other_way_round
 from fitting.diagnosis.contacts import NOTABLE, carried
 from fitting.diagnosis.credit import NEARLY_BEST
 from fitting.diagnosis.enough import hints, is_nothing_but_noise, leaves_nothing, passes_for_noise
@@ -41,6 +42,8 @@ MORE_THAN_ONE = 0.8
 CARRIED, ALONE = 8, 4
 """So many explanations are fitted once more, and so many single effects at least: under a contact that the
 best of them asks for, or weighed anew."""
+BEST = 2
+"""Of so many explanations the links of the measuring chain are tried the other way round."""
 LOST = 0.05
 """No more than this share of the lanes is lost where nothing acts."""
 PIECES_A_LANE, PIECES_FREED = 1.0, 3.0
@@ -120,6 +123,7 @@ def attribute(
         still = with_still_friction(model, bench, nominal, found[0], first.shapes, progress)
         found = freed(model, bench, best_of([*found, *still]))
     found = best_of([*found, *known])
+    found = best_of([*found, *other_way_round(model, bench, found[:BEST], floor)])
     singles = [e for e in found if len(e.keys) == 1]
     changing = in_step(model, bench, nominal, singles, first.shapes, progress)
     found = best_of([*found, *changing])
@@ -138,6 +142,7 @@ def attribute(
     elif len(best.keys) > 1:
         pairs = in_place_of_either(model, bench, pairs, 0, first.shapes, progress)
     if pairs:
+        pairs = best_of([*pairs, *other_way_round(model, bench, pairs[:BEST], floor)])
         found = best_of([*singles, *pairs, *each_alone(model, bench, singles, pairs, first)])
     return _weighed(model, bench, nominal, found, first, _inflation(bench, around), floor)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -73,7 +73,9 @@ class Point:
     its own (runs, `Model.by_run`: level of friction first), what every lane has of its own (lanes, 5: start,
     level and slope of friction), and the standard deviations of those levels and slopes.
 
-    What runs have of their own stands among the coordinates as it is in the first of them.
+    What runs have of their own stands among the coordinates as it is in the first of them. turned: links of
+    the measuring chain in an order of their own, the last nearest to the contact, rather than in that of
+    `keys`.
     """
 
     keys: tuple[str, ...]
@@ -81,6 +83,17 @@ class Point:
     by_run: np.ndarray
     own: np.ndarray
     widths: np.ndarray
+    turned: tuple[str, ...] = ()
+
+    @property
+    def attached(self) -> tuple[str, ...]:
+        """The effects in the order in which they are attached."""
+        return self.arranged(self.keys)
+
+    def arranged(self, keys: Sequence[str]) -> tuple[str, ...]:
+        """Effects in the order in which they are attached here; given in that of the shelf."""
+        turned = iter([key for key in self.turned if key in keys])
+        return tuple(next(turned) if key in self.turned else key for key in keys)
 
     def each(self, model: Model, bench: Bench) -> np.ndarray:
         """Coordinates of every lane, with what its run has of its own."""

@@ -73,7 +73,7 @@ def bursts(model: Model, base: Ground, period: float) -> Bursts | None:
     bench, point = base.bench, base.point
     lanes = bench.lanes
     weight = np.asarray(lanes.friction_weight)
-    _, expected, velocity, _ = model.predict(point.keys, lanes, point.each(model, bench), point.own)
+    _, expected, velocity, _ = model.predict(point.attached, lanes, point.each(model, bench), point.own)
     rise = (np.asarray(lanes.friction) - expected) * np.sign(expected)
     size = max(round(WINDOW * bench.samples(period)), 2)
     windows = [_windowed(values, size) for values in (rise, np.abs(expected), velocity, weight)]

@@ -86,7 +86,8 @@ def diagnose(
         mended = estimates(model, dataset, fine, after, named.keys, shape)
         mended = over_class(model, found, named, mended)
         if chosen.words is None:
-            correction = correction_of(model.at(after.point.coordinates, named.keys), dataset.rig)
+            acting = tuple(key for key in after.point.attached if key in named.keys)
+            correction = correction_of(model.at(after.point.coordinates, acting), dataset.rig)
     listed = candidates(model, found)
     progress.advance()
     judgement = found.judgement

@@ -45,7 +45,7 @@ class Seen:
 def see(model: Model, bench: Bench, point: Point) -> Seen:
     """What a hypothesis leaves of every lane."""
     lanes = bench.lanes
-    x, f, v, force = model.predict(point.keys, lanes, point.each(model, bench), point.own)
+    x, f, v, force = model.predict(point.attached, lanes, point.each(model, bench), point.own)
     weight = np.asarray(lanes.displacement_weight), np.asarray(lanes.friction_weight)
     columns = (
         weight[0] * (x - np.asarray(lanes.displacement)),

@@ -57,6 +57,10 @@ class Shelf:
         among = self.effects if keys is None else keys
         return tuple(key for key in among if self.effects[key].card.family == "friction")
 
+    def on_chain(self, keys: Iterable[str]) -> tuple[str, ...]:
+        """Those of some effects that are links of the measuring chain."""
+        return tuple(key for key in keys if self.effects[key].card.family == "measurement")
+
     def titled(self, key: str) -> str:
         """An effect by its key and, in parentheses, its title."""
         title = self.effects[key].card.title
@@ -66,9 +70,10 @@ class Shelf:
 class Job(NamedTuple):
     """Lanes to be linearised with some effects attached, once or several times, one time after the other.
 
-    deviation (times lanes, 5): standard deviations of the priors of what lanes have of their own;
-    coordinates (times lanes, all); own (times lanes, 5); chosen (times lanes, `COLUMNS`), the numbers of the
-    unknowns that each lane is differentiated by, -1 for none. whitener: `Bench.whitener` of the lanes.
+    keys: the effects; of the measuring chain's the last stands nearest to the contact. deviation (times
+    lanes, 5): standard deviations of the priors of what lanes have of their own; coordinates (times lanes,
+    all); own (times lanes, 5); chosen (times lanes, `COLUMNS`), the numbers of the unknowns that each lane is
+    differentiated by, -1 for none. whitener: `Bench.whitener` of the lanes.
     """
 
     keys: tuple[str, ...]
@@ -98,7 +103,7 @@ class Model:
     """
 
     def __init__(self, problem: Problem, workers: int) -> None:
-        held = problem.hypothesis.effects
+        held = {key: problem.hypothesis.effects[key] for key in problem.hypothesis.order}
         shelf = {key: effect for key, effect in catalogue().items() if key not in held}
         self.nominal = jax.tree.map(np.asarray, problem.hypothesis.nominal)
         effects = effects_at_null(tuple(shelf))
@@ -137,7 +142,7 @@ class Model:
         self.upper = np.array([*(_bound(u, u.upper) for u in members), 1.0])
         self.workers = workers
         self._effects = jax.tree.map(np.asarray, effects)
-        self._held = jax.tree.map(np.asarray, held)
+        self._held = {key: jax.tree.map(np.asarray, effect) for key, effect in held.items()}
         self._known: dict[tuple[str, ...], tuple[Hypothesis, Chart, np.ndarray]] = {}
         self._roomy: collections.OrderedDict[int, Roomy] = collections.OrderedDict()
         self._using = threading.Lock()
@@ -265,20 +270,21 @@ class Model:
             return list(pool.map(function, each))
 
     def at(self, coordinates: np.ndarray, keys: tuple[str, ...]) -> Hypothesis:
-        """The hypothesis at these coordinates with these effects attached."""
+        """The hypothesis at these coordinates with these effects attached, in this order."""
         hypothesis, chart, own = self._attached(keys)
         with jax.enable_x64(True):
             return jax.tree.map(np.asarray, chart.insert(hypothesis, jnp.asarray(coordinates[own[:-1]])))
 
     def _attached(self, keys: tuple[str, ...]) -> tuple[Hypothesis, Chart, np.ndarray]:
-        """The nominal model with some effects attached at null, the chart of its unknowns, and where those
-        and the level are among all coordinates."""
+        """The nominal model with some effects attached at null, in this order, the chart of its unknowns,
+        and where those and the level are among all coordinates."""
         if keys not in self._known:
             self._known[keys] = self._attach(keys)
         return self._known[keys]
 
     def _attach(self, keys: tuple[str, ...]) -> tuple[Hypothesis, Chart, np.ndarray]:
-        hypothesis = Hypothesis(self.nominal, {**self._held, **{key: self._effects[key] for key in keys}})
+        effects = {**self._held, **{key: self._effects[key] for key in reversed(keys)}}
+        hypothesis = Hypothesis(self.nominal, effects)
         own = [
             i for i, name in enumerate(self.names) if name in self.common or name.partition(".")[0] in keys
         ]

@@ -55,7 +55,7 @@ def patterns(problem: Problem, model: Model, bench: Bench, point: Point) -> dict
     """The patterns of the sides, by their names, at a point without effects; of a side that says nothing
     there are none."""
     lanes = bench.lanes
-    seen = model.predict(point.keys, lanes, point.each(model, bench), point.own)
+    seen = model.predict(point.attached, lanes, point.each(model, bench), point.own)
     sides = {
         MECHANICS if problem.friction_recorded else MOTION: motion_side(problem, model, bench, point, seen),
         FRICTION: friction_side(problem, bench, seen),

@@ -75,7 +75,7 @@ def recorded(problem: Problem, model: Model, fit: Refit, tried: Sequence[Plan]) 
     noise."""
     interval, lasting = _sampling(problem)
     samples = round(lasting / interval)
-    hypothesis = model.at(fit.point.coordinates, fit.point.keys)
+    hypothesis = model.at(fit.point.coordinates, fit.point.attached)
     before = [math.ceil(SETTLING * max(problem.period, 1 / plan.frequency) / interval) for plan in tried]
     trajectories = side_by_side(
         [

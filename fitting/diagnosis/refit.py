@@ -229,7 +229,7 @@ def job(model: Model, bench: Bench, point: Point, chosen: np.ndarray | None = No
         chosen = np.full((len(bench.lanes), COLUMNS), -1)
     deviation = allowed(bench.lanes, point.widths)
     return Job(
-        point.keys, bench.lanes, deviation, point.each(model, bench), point.own, chosen, bench.whitener
+        point.attached, bench.lanes, deviation, point.each(model, bench), point.own, chosen, bench.whitener
     )
 
 
@@ -239,7 +239,7 @@ def _evaluate(
     """Lets every search see its point; searches with the same effects share their packs."""
     together: dict[tuple[str, ...], list[int]] = {}
     for number, point in enumerate(points):
-        together.setdefault(point.keys, []).append(number)
+        together.setdefault(point.attached, []).append(number)
     count = len(bench.lanes)
     jobs = [
         Job(

@@ -142,7 +142,13 @@ def borrowed(model: Model, bench: Bench, fit: Refit, other: Refit, near: float =
     by_run[:, 0] = other.point.by_run[:, 0]
     points = [
         dataclasses.replace(fit.point, own=own),
-        dataclasses.replace(other.point, keys=fit.point.keys, coordinates=coordinates, by_run=by_run),
+        dataclasses.replace(
+            fit.point,
+            coordinates=coordinates,
+            by_run=by_run,
+            own=other.point.own,
+            widths=other.point.widths,
+        ),
     ]
     reached = fit.misfit * float(bench.dof().sum())
     again = refit(model, bench, points, [fit.free, fit.free], hopeless=1.0, reached=reached)

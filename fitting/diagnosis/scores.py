@@ -64,7 +64,7 @@ def templates_of(
             chosen = np.pad(few, (0, COLUMNS - len(few)), constant_values=-1)
             each = np.repeat(points, count, axis=0)
             each[:, model.by_run] = at.point.by_run[np.tile(bench.run, len(points))]
-            attached = model.sharing.seen(group, at.point.keys)
+            attached = at.point.arranged(model.sharing.seen(group, at.point.keys))
             own, chosen = at.point.own[every], np.tile(chosen, (len(every), 1))
             jobs.append(Job(attached, bench.lanes, deviation[every], each, own, chosen, bench.whitener))
             asked.append(few)

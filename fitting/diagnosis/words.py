@@ -235,6 +235,7 @@ def notes(
     out += of_every_run(contact.model, problem.chosen[0].run.file, found.judgement.named)
     if named is not None:
         out += stiller(named.keys, wander_of(found.nominal), wander_of(named.refit))
+        out += in_turn([key for key in named.refit.point.turned[::-1] if key in named.keys])
     if found.lost > LOST:
         out.append(f"{100 * found.lost:.0f} % of the segments fit far worse than the rest and count little.")
     if 0 < where.significance < WEAK and found.judgement.verdict != "none":
@@ -270,6 +271,17 @@ def stiller(named: Sequence[str], before: float, after: float) -> list[str]:
         f"Friction wanders from segment to segment by {after:.2g} % (standard deviation) with "
         f"{' and '.join(named)}, by {before:.2g} % without: what wandering takes over of an effect is no "
         "part of the gap, nor of the share of it that closes."
+    ]
+
+
+def in_turn(links: Sequence[str]) -> list[str]:
+    """What is to be known of two links of the measuring chain that leave less in this order."""
+    if len(links) < 2:
+        return []
+    first, then = links
+    return [
+        f"On its way to the record the signal passes {first} first and then {then}: the other way round the "
+        "two explain it less well."
     ]
 
 

@@ -99,7 +99,7 @@ class Plan:
     @property
     def fingerprint(self) -> str:
         """SHA-256 of all that the result depends on, the version of jaxstick included."""
-        content = json.dumps([self.described(), version()], sort_keys=True)
+        content = json.dumps([self.described(), list(self.effects), version()], sort_keys=True)
         return hashlib.sha256(content.encode()).hexdigest()
 
 

@@ -48,6 +48,13 @@ def sheet(folder: Path, effects: str = "") -> RigSheet:
     return load_rig(written(folder, effects))
 
 
+def friction(folder: Path, effects: str) -> np.ndarray:
+    """The friction force that a simulated run would record."""
+    (run,) = simulations(sheet(folder, effects)).runs
+    assert run.friction is not None
+    return run.friction
+
+
 def jaxstick(*args: object) -> Result:
     return CliRunner().invoke(cli.jaxstick, [str(arg) for arg in args])
 
@@ -110,10 +117,28 @@ def test_a_simulation_with_stated_effects_is_the_librarys(tmp_path):
     assert np.max(np.abs(run.displacement - plain.displacement)) > 1e-4
 
 
-def test_the_order_in_the_file_means_nothing(tmp_path):
+def test_the_order_in_the_file_is_that_of_the_measuring_chain(tmp_path):
     gain, offset = "[effects.force_gain]\ngain = 0.4\n", "[effects.force_offset]\noffset = 3.0\n"
-    ((one,), (other,)) = (simulations(sheet(tmp_path, text)).runs for text in (gain + offset, offset + gain))
-    np.testing.assert_array_equal(one.friction, other.friction)
+    plain, one, other = (friction(tmp_path, text) for text in ("", gain + offset, offset + gain))
+    np.testing.assert_allclose(one, 1.4 * plain + 3.0, rtol=1e-12)
+    np.testing.assert_allclose(other, 1.4 * (plain + 3.0), rtol=1e-12)
+
+
+def test_the_order_of_other_effects_means_nothing(tmp_path):
+    uneven = "[effects.asymmetric_friction]\ndry = 0.2\n"
+    one, other = (friction(tmp_path, text) for text in (HARDENING + uneven, uneven + HARDENING))
+    np.testing.assert_array_equal(one, other)
+
+
+def test_a_file_is_written_in_the_order_in_which_it_was_read(tmp_path):
+    chain = "[effects.mains_hum]\n[effects.force_clipping]\n[effects.force_delay]\n"
+    assert list(simulations(sheet(tmp_path, chain)).effects) == ["mains_hum", "force_clipping", "force_delay"]
+
+
+def test_a_sweep_of_another_order_is_another_sweep(tmp_path):
+    gain, offset = "[effects.force_gain]\ngain = 0.4\n", "[effects.force_offset]\noffset = 3.0\n"
+    plans = [plan_sweep(sheet(tmp_path, text), {"ratios": RATIOS}) for text in (gain + offset, offset + gain)]
+    assert plans[0].fingerprint != plans[1].fingerprint
 
 
 def test_a_simulated_data_set_states_its_effects_again(tmp_path):

@@ -14,7 +14,7 @@ from fitting.diagnosis.judge import Judgement
 from fitting.diagnosis.model import Shelf
 from fitting.diagnosis.scatter import Scatter
 from fitting.diagnosis.unrest import Unrest
-from fitting.diagnosis.words import advice, refutation, remainders, scattering, sentence, stiller
+from fitting.diagnosis.words import advice, in_turn, refutation, remainders, scattering, sentence, stiller
 from jaxstick.catalogue import catalogue
 
 ONE, OTHER, ALIAS = "constant_force", "base_delay", "base_relative_damping"
@@ -48,6 +48,12 @@ def test_wandering_that_takes_over_an_effect_is_said():
     )
     assert "friction_drift, by 5 % without" in said
     assert stiller(("friction_drift",), 5.0, 4.0) == stiller(("friction_drift",), 0.3, 0.1) == []
+
+
+def test_the_order_of_links_is_said_from_the_contact_to_the_record():
+    (said,) = in_turn(["force_clipping", "mains_hum"])
+    assert "passes force_clipping first and then mains_hum" in said
+    assert in_turn([]) == in_turn(["mains_hum"]) == []
 
 
 @pytest.mark.parametrize(("wander", "condition"), [(0.2, ""), (5.1, ", if friction may wander by 5.1 %")])

@@ -1,0 +1,34 @@
+"""Two links of the measuring chain, the other way round: a force that is clipped before a hum comes to it
+shows another record than one that is clipped with the hum on it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.enough import passes_for_noise
+from fitting.diagnosis.explanation import Explanation
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import refit
+from fitting.diagnosis.survey import freed
+
+
+def other_way_round(
+    model: Model, bench: Bench, pairs: Sequence[Explanation], floor: float
+) -> list[Explanation]:
+    """The pairs of which both are links of the measuring chain and which leave more than noise above the
+    `floor`, with the links in the other order, where they leave less so."""
+    chains = [e for e in pairs if len(e.keys) == 2 and model.shelf.on_chain(e.keys) == e.keys]
+    chains = [e for e in chains if not passes_for_noise(e.refit.misfit / floor)]
+    points = [_turned(e) for e in chains]
+    fits = refit(model, bench, points, [e.refit.free for e in chains], hopeless=1.0)
+    tried = [dataclasses.replace(e, refit=fit) for e, fit in zip(chains, fits, strict=True)]
+    better = [new for new, old in zip(tried, chains, strict=True) if new.refit.misfit < old.refit.misfit]
+    return freed(model, bench, better) if better else []
+
+
+def _turned(pair: Explanation) -> Point:
+    point = pair.refit.point
+    links = tuple(key for key in point.attached if key in pair.keys)
+    return dataclasses.replace(point, turned=links[::-1])
