@@ -67,7 +67,7 @@ class Search(NamedTuple):
 
     found: list[Any]
     led: list[tuple[str, ...]]
-    outright: list[tuple[str, ...]]
+    outright: list[tuple[tuple[str, ...], list[str]]]
 
 
 def explained(misfit: float, *keys: str) -> Any:
@@ -78,18 +78,20 @@ def sought(
     monkeypatch: pytest.MonkeyPatch, left: dict[str, float], most: dict[str, dict[str, float]], tries: float
 ) -> Search:
     """What is found where the best single effects leave `left`, beside each the two leave what `most`
-    says, and `tries` is left by what is tried outright."""
-    led, outright = list[tuple[str, ...]](), list[tuple[str, ...]]()
+    says, and `tries` is left by what is tried outright: all but "first" and "signed" have one sign."""
+    led, outright = list[tuple[str, ...]](), list[tuple[tuple[str, ...], list[str]]]()
 
     def contest(model: Any, bench: Any, base: Any, promises: Any, *rest: Any) -> list[Any]:
         led.append(base.keys)
         return [explained(misfit, *base.keys, key) for key, misfit in most[base.keys[0]].items()]
 
     def tried(model: Any, bench: Any, base: Any, promises: Any, *rest: Any) -> list[Any]:
-        outright.append(base.keys)
+        outright.append((base.keys, [promise.key for promise in promises]))
         return [explained(tries, *base.keys, "outright")]
 
-    seen = SimpleNamespace(ranked=[], promises=[], shapes=[])
+    promises = [SimpleNamespace(key=key) for key in ("first", "second", "signed", "grows")]
+    seen = SimpleNamespace(ranked=[], promises=promises, shapes=[])
+    monkeypatch.setattr(pairs, "has_one_sign", lambda model, promise: promise.key not in ("first", "signed"))
     monkeypatch.setattr(pairs, "contest", contest)
     monkeypatch.setattr(pairs, "outright", tried)
     monkeypatch.setattr(pairs, "screen", lambda *_, **__: seen)
@@ -116,6 +118,7 @@ def test_what_has_one_sign_is_tried_outright_beside_the_best_where_two_do_not_su
 ):
     left = {"first": 3.0, "second": 9.0}
     search = sought(monkeypatch, left, {"first": {"second": 1.5}, "second": {"first": 1.5}}, 1.0)
-    assert search.outright == [("first",)] and search.found[0].keys == ("first", "outright")
+    assert search.outright == [(("first",), ["grows"])]
+    assert search.found[0].keys == ("first", "outright")
     search = sought(monkeypatch, left, {"first": {"second": 1.05}, "second": {"first": 1.05}}, 1.0)
     assert search.outright == []
