@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, ClassVar
 
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxstick.effect import AbstractEffect, Card
@@ -14,9 +15,16 @@ from jaxstick.parts.added_force import AbstractAddedForce
 from jaxstick.parts.motion import Motion, Scalar
 from jaxstick.parts.rig import AbstractRig
 
+FAR = 1e3
+"""No spring is deflected so far [m]: its stiffness changes in proportion to the deflection."""
+
 
 class QuadraticStiffness(AbstractEffect):
-    """Adds -coefficient x^2 to the force on the mass: stiffer on one side of the rest position."""
+    """Adds -coefficient x^2/(1 + |x|/length) to the force on the mass: stiffer on one side of its rest.
+
+    Far beyond `length` either side has a stiffness of its own, as where two different springs meet; the
+    longer it is, the further the stiffness goes on changing in proportion to the deflection.
+    """
 
     card: ClassVar[Card] = Card(
         title="The springs are stiffer on one side",
@@ -39,14 +47,23 @@ class QuadraticStiffness(AbstractEffect):
     coefficient: Float[Array, ""] | float = parameter(
         "N/m^2", "quadratic stiffness", null=0.0, typical=0.15, default=0.0
     )
+    length: Float[Array, ""] | float = parameter(
+        "m",
+        "deflection from which the stiffness of either side levels off",
+        lower=1e-9,
+        upper=FAR,
+        typical=2.0,
+        default=FAR,
+    )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(oscillator, rig=_Quadratic(oscillator.rig, self.coefficient))
+        return dataclasses.replace(oscillator, rig=_Quadratic(oscillator.rig, self.coefficient, self.length))
 
 
 class _Quadratic(AbstractAddedForce):
     inner: AbstractRig
     coefficient: Scalar
+    length: Scalar
 
     def added(self, memory: Any, motion: Motion) -> Scalar:
-        return -self.coefficient * (motion.x * motion.x)
+        return -self.coefficient * (motion.x * motion.x) / (1.0 + jnp.abs(motion.x) / self.length)

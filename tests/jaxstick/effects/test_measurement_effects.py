@@ -244,20 +244,28 @@ def test_what_the_highpass_lost_before_the_run_comes_back_as_it_forgets():
     np.testing.assert_allclose(apart[0] - apart[1], -before * np.exp(-2 * np.pi * corner * TIME), atol=1e-5)
 
 
-def test_the_hysteresis_is_the_play_operator():
+@pytest.mark.parametrize("spread", [0.0, 0.5, 1.0])
+def test_the_hysteresis_is_the_mean_of_play_operators(spread):
     width, steps = 0.3, 400
     walk = jnp.asarray(np.cumsum(np.random.default_rng(3).standard_normal(steps + 1)) * 0.2)
     seen = recorded(
-        instrument("force_hysteresis", width=width),
+        instrument("force_hysteresis", width=width, spread=spread),
         lambda t: walk[jnp.round(t).astype(int)],
         step=1.0,
         steps=steps,
         past=Past(1.0),
     ).friction
-    expected = [float(walk[0]) - width]
+    widths = width * (1 + spread * np.array([-0.8, -0.4, 0.0, 0.4, 0.8]))
+    plays = [float(walk[0]) - widths]
     for value in np.asarray(walk)[1:]:
-        expected.append(min(max(expected[-1], value - width), value + width))
-    np.testing.assert_allclose(seen, expected, atol=1e-12)
+        plays.append(np.clip(plays[-1], value - widths, value + widths))
+    np.testing.assert_allclose(seen, np.mean(plays, axis=1), atol=1e-12)
+
+
+def test_plays_begin_where_the_recorded_force_is():
+    known = Past(1.0, recorded=1.1)
+    seen = recorded(instrument("force_hysteresis", width=0.3, spread=0.5), lambda t: 1.0 + t, past=known)
+    assert float(seen.friction[0]) == pytest.approx(1.1, abs=1e-9)
 
 
 def test_the_loop_of_the_hysteresis_has_the_area_of_a_parallelogram():

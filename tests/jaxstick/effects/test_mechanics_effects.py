@@ -41,9 +41,22 @@ def simulated(oscillator: Oscillator, start: Start | None = None, samples: int =
     return jax.tree.map(np.asarray, run)
 
 
+SHORT = 8e-3
+
+
+def levelled(far: np.ndarray) -> np.ndarray:
+    """The integral of u^2/(1 + u) from 0."""
+    return far**2 / 2 - far + np.log1p(far)
+
+
 POTENTIALS: dict[str, tuple[dict[str, float], Callable[[np.ndarray], np.ndarray]]] = {
     "cubic_stiffness": ({"coefficient": 5e6}, lambda x: 5e6 * x**4 / 4),
-    "quadratic_stiffness": ({"coefficient": 5e4}, lambda x: 5e4 * x**3 / 3),
+    "quadratic_stiffness": (
+        {"coefficient": 8e4, "length": SHORT},
+        lambda x: (
+            8e4 * SHORT * np.sign(x) * (x**2 / 2 - SHORT * abs(x) + SHORT**2 * np.log1p(abs(x) / SHORT))
+        ),
+    ),
     "end_stop": (
         {"stiffness": 3e3, "gap": 6e-3, "below": 1.2},
         lambda x: 3e3 * (np.maximum(x - 6e-3, 0.0) ** 2 + np.maximum(-x - 7.2e-3, 0.0) ** 2) / 2,
