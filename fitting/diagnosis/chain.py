@@ -21,6 +21,8 @@ def other_way_round(
     `floor`, with the links in the other order, where they leave less so."""
     chains = [e for e in pairs if len(e.keys) == 2 and model.shelf.on_chain(e.keys) == e.keys]
     chains = [e for e in chains if not passes_for_noise(e.refit.misfit / floor)]
+    if not chains:
+        return []
     points = [_turned(e) for e in chains]
     fits = refit(model, bench, points, [e.refit.free for e in chains], hopeless=1.0)
     tried = [dataclasses.replace(e, refit=fit) for e, fit in zip(chains, fits, strict=True)]

@@ -61,7 +61,7 @@ def test_a_second_effect_neither_earns_nor_pays_for_less_than_what_was_weighed_b
 
 
 def test_what_is_found_beside_wandering_takes_the_place_of_a_worse_fit_of_the_same_effect(monkeypatch):
-    """Beside pairs, too."""
+    """Beside pairs, too; and a pair in the other order that of one that is fitted worse."""
 
     def leaving(misfit: float, *keys: str) -> Any:
         return SimpleNamespace(keys=keys, refit=SimpleNamespace(misfit=misfit))
@@ -78,6 +78,7 @@ def test_what_is_found_beside_wandering_takes_the_place_of_a_worse_fit_of_the_sa
         "screen": quiet,
         "pairs_beside": [leaving(1.5, "one", "drift")],
         "each_alone": [],
+        "other_way_round": [leaving(1.2, "one", "drift")],
         "_inflation": 1.0,
     }
     for name, answer in replaced.items():
@@ -88,7 +89,7 @@ def test_what_is_found_beside_wandering_takes_the_place_of_a_worse_fit_of_the_sa
     assert {e.keys: e.refit.misfit for e in weighed} == {
         ("one",): 3.0,
         ("drift",): 2.0,
-        ("one", "drift"): 1.5,
+        ("one", "drift"): 1.2,
     }
 
 
