@@ -53,7 +53,8 @@ class Horizon(click.ParamType):
     "effects",
     multiple=True,
     metavar="EFFECT",
-    help="Let an effect take part (see jaxstick effects).",
+    help="Let an effect take part (see jaxstick effects); of the measuring chain in the order given, from "
+    "the contact to the record, after those that the rig file states.",
 )
 @click.option(
     "--free",

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fitting.diagnosis.model import Model
 from fitting.problem import beginnings, pose
 from fitting.settings import Settings
 from jaxstick.effects.mains_hum import MainsHum
@@ -47,3 +50,15 @@ def test_a_shape_that_may_go_either_way_begins_at_nought_and_may_be_less():
     even, wavelength = kinds["mains_hum.second_even"], kinds["periodic_track.wavelength"]
     assert (even.kind, even.lower, even.upper) == ("linear", -1.0, 1.0)
     assert wavelength.kind == "log"
+
+
+@pytest.mark.parametrize("free", [("force_clipping", "force_delay"), ("force_delay", "force_clipping")])
+def test_faults_of_the_measuring_chain_follow_those_stated_in_the_order_in_which_they_are_named(free):
+    data = dataclasses.replace(dataset(exact_run(0.326)), effects={"mains_hum": {}, "end_stop": {}})
+    problem = pose(data, Settings(effects=(*free, "cubic_stiffness")))
+    assert [key for key in problem.hypothesis.order if key.startswith(("force", "mains"))] == [
+        "mains_hum",
+        *free,
+    ]
+    held = Model(problem, 1).at(Model(problem, 1).origin({}), ())
+    assert held.order == problem.hypothesis.order
