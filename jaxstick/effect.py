@@ -62,6 +62,11 @@ class AbstractEffect(eqx.Module):
         return cls.traces_in_motion
 
     @classmethod
+    def on_chain(cls) -> bool:
+        """Whether it is a fault of the measuring chain, along which the order of faults tells."""
+        return cls.card.family == "measurement"
+
+    @classmethod
     def read_off(cls, leftover: Leftover) -> Mapping[str, float]:
         """Shape parameters by name that may be read off what a model without the effect leaves; most shapes
         are found by trying a few, and this says nothing of them."""

@@ -30,21 +30,21 @@ class Hypothesis(eqx.Module):
     def __post_init__(self) -> None:
         if {*self.order} != {*self.effects}:
             given = iter(self._chain(self.effects))
-            self.order = tuple(next(given) if self._on_chain(key) else key for key in sorted(self.effects))
+            self.order = tuple(
+                next(given) if self.effects[key].on_chain() else key for key in sorted(self.effects)
+            )
 
     def oscillator(self) -> Oscillator:
         """The oscillator with every effect attached, of the measuring chain's the one nearest to the contact
         last."""
         oscillator, chain = self.nominal, self._chain(self.order)
         for key in self.order:
-            oscillator = self.effects[chain.pop() if self._on_chain(key) else key].attach(oscillator)
+            nearer = chain.pop() if self.effects[key].on_chain() else key
+            oscillator = self.effects[nearer].attach(oscillator)
         return oscillator
 
     def _chain(self, keys: Iterable[str]) -> list[str]:
-        return [key for key in keys if self._on_chain(key)]
-
-    def _on_chain(self, key: str) -> bool:
-        return self.effects[key].card.family == "measurement"
+        return [key for key in keys if self.effects[key].on_chain()]
 
 
 def effects_at_null(keys: tuple[str, ...]) -> dict[str, AbstractEffect]:

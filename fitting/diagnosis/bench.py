@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
@@ -89,6 +89,10 @@ class Point:
     def attached(self) -> tuple[str, ...]:
         """The effects in the order in which they are attached."""
         return self.arranged(self.keys)
+
+    def acting(self, keys: Collection[str]) -> tuple[str, ...]:
+        """Those of the attached effects that are among some, in the order in which they are attached."""
+        return tuple(key for key in self.attached if key in keys)
 
     def arranged(self, keys: Sequence[str]) -> tuple[str, ...]:
         """Effects in the order in which they are attached here; given in that of the shelf."""

@@ -19,7 +19,8 @@ def other_way_round(
 ) -> list[Explanation]:
     """The pairs of which both are links of the measuring chain and which leave more than noise above the
     `floor`, with the links in the other order, where they leave less so."""
-    chains = [e for e in pairs if len(e.keys) == 2 and model.shelf.on_chain(e.keys) == e.keys]
+    effects = model.shelf.effects
+    chains = [e for e in pairs if len(e.keys) == 2 and all(effects[key].on_chain() for key in e.keys)]
     chains = [e for e in chains if not passes_for_noise(e.refit.misfit / floor)]
     if not chains:
         return []
@@ -32,5 +33,4 @@ def other_way_round(
 
 def _turned(pair: Explanation) -> Point:
     point = pair.refit.point
-    links = tuple(key for key in point.attached if key in pair.keys)
-    return dataclasses.replace(point, turned=links[::-1])
+    return dataclasses.replace(point, turned=point.acting(pair.keys)[::-1])

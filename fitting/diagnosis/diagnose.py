@@ -86,8 +86,8 @@ def diagnose(
         mended = estimates(model, dataset, fine, after, named.keys, shape)
         mended = over_class(model, found, named, mended)
         if chosen.words is None:
-            acting = tuple(key for key in after.point.attached if key in named.keys)
-            correction = correction_of(model.at(after.point.coordinates, acting), dataset.rig)
+            corrected = model.at(after.point.coordinates, after.point.acting(named.keys))
+            correction = correction_of(corrected, dataset.rig)
     listed = candidates(model, found)
     progress.advance()
     judgement = found.judgement

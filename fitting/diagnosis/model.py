@@ -57,10 +57,6 @@ class Shelf:
         among = self.effects if keys is None else keys
         return tuple(key for key in among if self.effects[key].card.family == "friction")
 
-    def on_chain(self, keys: Iterable[str]) -> tuple[str, ...]:
-        """Those of some effects that are links of the measuring chain."""
-        return tuple(key for key in keys if self.effects[key].card.family == "measurement")
-
     def titled(self, key: str) -> str:
         """An effect by its key and, in parentheses, its title."""
         title = self.effects[key].card.title

@@ -60,5 +60,5 @@ def test_faults_of_the_measuring_chain_follow_those_stated_in_the_order_in_which
         "mains_hum",
         *free,
     ]
-    held = Model(problem, 1).at(Model(problem, 1).origin({}), ())
-    assert held.order == problem.hypothesis.order
+    model = Model(problem, 1)
+    assert model.at(model.origin({}), ()).order == problem.hypothesis.order

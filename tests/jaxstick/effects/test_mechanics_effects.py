@@ -53,9 +53,7 @@ POTENTIALS: dict[str, tuple[dict[str, float], Callable[[np.ndarray], np.ndarray]
     "cubic_stiffness": ({"coefficient": 5e6}, lambda x: 5e6 * x**4 / 4),
     "quadratic_stiffness": (
         {"coefficient": 8e4, "length": SHORT},
-        lambda x: (
-            8e4 * SHORT * np.sign(x) * (x**2 / 2 - SHORT * abs(x) + SHORT**2 * np.log1p(abs(x) / SHORT))
-        ),
+        lambda x: 8e4 * SHORT**3 * np.sign(x) * levelled(np.abs(x) / SHORT),
     ),
     "end_stop": (
         {"stiffness": 3e3, "gap": 6e-3, "below": 1.2},
