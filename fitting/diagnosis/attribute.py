@@ -13,6 +13,7 @@ from fitting.diagnosis.accounts import Account, within_scatter
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.chain import other_way_round
 from fitting.diagnosis.contacts import NOTABLE, carried
+from fitting.diagnosis.contained import lent, none_above
 from fitting.diagnosis.credit import NEARLY_BEST
 from fitting.diagnosis.enough import hints, is_nothing_but_noise, leaves_nothing, passes_for_noise
 from fitting.diagnosis.explanation import Explanation, best_of
@@ -127,8 +128,9 @@ def attribute(
     singles = [e for e in found if len(e.keys) == 1]
     changing = in_step(model, bench, nominal, singles, first.shapes, progress)
     found = best_of([*found, *changing])
+    nominal = borrowed(model, bench, nominal, found[0].refit)
+    found = none_above(model, bench, nominal, found)
     best, singles = found[0], [e for e in found if len(e.keys) == 1]
-    nominal = borrowed(model, bench, nominal, best.refit)
     floor = min(floor, floor_of(model, bench, [nominal, best.refit]))
     left = nominal.misfit / floor, best.refit.misfit / floor
     alone = leaves_nothing(*left) if best is singles[0] else is_nothing_but_noise(left[1])
@@ -173,8 +175,8 @@ def _again(
     that end above the nominal model, which they contain, with that one's lanes and constants lent to them."""
     fits = refit(model, bench, [fit.point for fit in begun], [fit.free for fit in begun])
     nominal, *others = model.side_by_side(lambda fit: released(model, bench, fit), fits)
-    others = model.side_by_side(lambda fit: borrowed(model, bench, fit, nominal), others)
-    return nominal, [dataclasses.replace(e, refit=fit) for e, fit in zip(found.leading, others, strict=True)]
+    best = [dataclasses.replace(e, refit=fit) for e, fit in zip(found.leading, others, strict=True)]
+    return nominal, lent(model, bench, nominal, best)
 
 
 def _weighed(

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 
 from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.contained import lent
 from fitting.diagnosis.explanation import Explanation, best_of
 from fitting.diagnosis.finals import final
 from fitting.diagnosis.heats import HEAT, heats
 from fitting.diagnosis.layout import strengths_of
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import ITERATIONS, Refit, misfit_of
-from fitting.diagnosis.release import borrowed
 from fitting.diagnosis.screen import Promise
 from fitting.diagnosis.starts import FROM_AFAR, Approach, Start, long_starts, own_at, start, starts_of
 from fitting.diagnosis.wander import LEAST
@@ -61,15 +60,7 @@ def contest(
         return own_at(bench, base, found.promise, _share(model, bench, found))
 
     found = final(model, bench, own, few, tried, finalists, progress, wander=wander)
-    if not common:
-        return found
-    return model.side_by_side(lambda e: _lent(model, bench, base, e), found)
-
-
-def _lent(model: Model, bench: Bench, base: Refit, found: Explanation) -> Explanation:
-    """An explanation that has ended above the base, which it contains, with that one's lanes and constants
-    lent to it."""
-    return dataclasses.replace(found, refit=borrowed(model, bench, found.refit, base))
+    return lent(model, bench, base, found) if common else found
 
 
 def _share(model: Model, bench: Bench, found: Explanation) -> float:

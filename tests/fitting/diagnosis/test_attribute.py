@@ -74,6 +74,7 @@ def test_what_is_found_beside_wandering_takes_the_place_of_a_worse_fit_of_the_sa
         "wanders": False,
         "in_step": [leaving(2.0, "drift")],
         "borrowed": nominal,
+        "none_above": [leaving(2.0, "drift"), leaving(3.0, "one")],
         "floor_of": 1.0,
         "screen": quiet,
         "pairs_beside": [leaving(1.5, "one", "drift")],

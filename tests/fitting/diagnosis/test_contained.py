@@ -1,0 +1,62 @@
+"""What contains the nominal model and has ended above it."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis import contained
+from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.contained import none_above
+from fitting.diagnosis.explanation import Explanation
+from fitting.diagnosis.model import Model
+from fitting.diagnosis.refit import Refit, refit, within_columns
+from jaxstick.parts.drive import SineDrive
+from tests.fitting.diagnosis.grounded import from_the_truth, laid_out
+from tests.fitting.reference_data import TRUTH, WRONG, dataset, noisy, own_run
+
+LOST = slice(2, 9)
+
+
+@pytest.fixture(scope="module")
+def nominal() -> tuple[Model, Bench, Refit]:
+    """A record of the 1987 rig, the nominal model fitted from the true constants on."""
+    run = noisy(own_run(SineDrive(1.5, 10.325e-3), samples=1000), np.random.default_rng(3))
+    model, bench = laid_out(dataset(run, assumed=WRONG))
+    return model, bench, from_the_truth(model, bench, (), model.origin(TRUTH))
+
+
+def explained(nominal: tuple[Model, Bench, Refit], key: str, off: Any, lanes: slice) -> Explanation:
+    """An effect beside it at null, with some lanes thrown off."""
+    model, bench, fit = nominal
+    own = fit.point.own.copy()
+    own[lanes, : len(off)] += off
+    point = dataclasses.replace(fit.point, own=own, keys=model.sharing.fitted((key,)))
+    free = within_columns(model, fit.free, model.of(key))
+    (found,) = refit(model, bench, [point], [free], iterations=0, wander=False)
+    promise: Any = None
+    return Explanation((key,), promise, found)
+
+
+def test_what_has_lost_lanes_ends_no_higher_than_the_nominal_model(nominal):
+    model, bench, fit = nominal
+    astray = explained(nominal, "friction_drift", np.array([2e-4, 0.05, -6.0]), LOST)
+    good = explained(nominal, "force_offset", np.zeros(3), LOST)
+    assert astray.refit.misfit > 3 * fit.misfit
+    best, other = none_above(model, bench, fit, [good, astray])
+    assert {best.keys, other.keys} == {good.keys, astray.keys}
+    assert best.refit.misfit <= other.refit.misfit <= 1.001 * fit.misfit
+
+
+def test_what_is_no_rival_stays_as_it_is(nominal, monkeypatch):
+    """Beside an explanation that leaves far less than the nominal model nothing else is fitted again."""
+    model, bench, fit = nominal
+    good = explained(nominal, "force_offset", np.zeros(3), LOST)
+    astray = explained(nominal, "friction_drift", np.array([2e-4, 0.05, -6.0]), LOST)
+    worse = dataclasses.replace(fit, misfit=2 * fit.misfit)
+    for name in ("released", "borrowed"):
+        monkeypatch.setattr(contained, name, None)
+    assert none_above(model, bench, worse, [good, astray]) == [good, astray]
