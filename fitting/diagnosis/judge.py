@@ -137,7 +137,7 @@ def judge(
     accounts = [dataclasses.replace(account, misfit=account.misfit / noise) for account in accounts]
     nominal, best = nominal / noise, best / noise
     pieces = pieces_of_evidence(best, samples, inflation)
-    among = pieces_of_evidence(best, samples, max(inflation, AMONG))
+    among = pieces_of_evidence(best, samples, AMONG)
     surely = pieces_of_evidence(max(best - NOISE_KNOWN, 1.0), samples, inflation)
     excess = max(nominal - 1.0, 0.0)
     same = _alike(aliases or {}, classes or {})

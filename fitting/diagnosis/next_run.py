@@ -85,7 +85,7 @@ def _unit(found: Attribution, best: Explanation) -> float:
     """How much of chi-square is one independent piece of evidence, as explanations are judged."""
     against = found.yardstick
     least = max(best.refit.misfit / against.floor, 1.0)
-    pieces = pieces_of_evidence(least, against.samples, max(against.inflation, AMONG))
+    pieces = pieces_of_evidence(least, against.samples, AMONG)
     return least * against.samples / pieces
 
 

@@ -20,6 +20,7 @@ from fitting.diagnosis.judge import (
     succeeded,
     weighed_again,
 )
+from fitting.diagnosis.single import AMONG
 from fitting.diagnosis.verdict import alternatives, verdict_of
 
 SHELF = [f"effect_{n}" for n in range(36)]
@@ -197,21 +198,35 @@ def test_a_second_that_alone_changes_along_the_runs_mends_no_shape(changing, ver
 
 
 def test_what_took_no_part_takes_back_or_confirms_that_friction_is_steadier():
-    """No more than there was to take back, from all alike; what rests on something else stays as it is."""
+    """No more than there was to take back, from all alike; what rests on something else stays as it is.
+    Exactly so where as much tells which effect acts as whether any does."""
     drift = dataclasses.replace(account(0, 1.05), steadier=6.5)
     other = dataclasses.replace(account(1, 1.05), steadier=3.0)
-    found = judge(1.06, [drift, other, account(2, 1.045)], SAMPLES, 160.0, SHELF)
+    found = judge(1.06, [drift, other, account(2, 1.045)], SAMPLES, AMONG, SHELF)
     assert found.named == (SHELF[0],)
     again = weighed_again(found, drift.keys, -9.0)
     assert again.verdict == "none"
     plain = [account(0, 1.05), account(1, 1.05), account(2, 1.045)]
-    assert again.effects == pytest.approx(judge(1.06, plain, SAMPLES, 160.0, SHELF).effects, abs=1e-9)
+    assert again.effects == pytest.approx(judge(1.06, plain, SAMPLES, AMONG, SHELF).effects, abs=1e-9)
     assert weighed_again(found, drift.keys, 2.0).effects[SHELF[0]] > found.effects[SHELF[0]]
     for judgement in (again, found):
         assert sum(judgement.effects.values()) == pytest.approx(1.0)
         assert sum(judgement.explanations.values()) == pytest.approx(1.0)
     clear = judge(9.0, [account(0, 1.01), account(1, 4.0)], SAMPLES, 1.5, SHELF)
     assert weighed_again(clear, clear.named, -30.0).effects == pytest.approx(clear.effects)
+
+
+def test_scatter_says_less_of_whether_an_effect_acts_but_not_of_which_does():
+    """It hides either alike."""
+    accounts = [account(0, 0.99), account(1, 1.02)]
+
+    def judged(inflation: float) -> tuple[float, float]:
+        p = judge(1.15, accounts, SAMPLES, inflation, SHELF).explanations
+        return p["none"], p[SHELF[1]] / p[SHELF[0]]
+
+    (none, odds), (hidden, other_odds) = judged(AMONG), judged(4 * AMONG)
+    assert hidden > 3 * none
+    assert other_odds == pytest.approx(odds, rel=0.02)
 
 
 def test_two_effects_are_confirmed_by_what_runs_say_of_them_that_took_no_part_not_by_what_they_say_of_one():
