@@ -20,10 +20,12 @@ from fitting.diagnosis.explanation import Explanation, best_of
 from fitting.diagnosis.findings import Yardstick
 from fitting.diagnosis.in_step import in_step
 from fitting.diagnosis.influence import told_by_many
-from fitting.diagnosis.judge import Judgement, astray, judge, refuted
+from fitting.diagnosis.judge import judge
+from fitting.diagnosis.judgement import Judgement
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.one_class import classes
 from fitting.diagnosis.pairs import each_alone, in_place_of_either, pairs_beside, with_still_friction
+from fitting.diagnosis.reconsidered import astray, refuted
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import borrowed, released
 from fitting.diagnosis.repeatability import floor_of, wanders

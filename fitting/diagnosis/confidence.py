@@ -9,9 +9,11 @@ from scipy.stats import t as student
 
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.between_runs import deviation_of_runs, uncertainty_of_mean
+from fitting.diagnosis.equations import Projection
+from fitting.diagnosis.jobs import chosen_columns, job
 from fitting.diagnosis.layout import LEVELLED, Layout
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Projection, Refit, chosen_columns, job
+from fitting.diagnosis.refit import Refit
 
 CLUSTER = 3
 """So many neighbouring lanes of a run share their errors."""

@@ -15,8 +15,9 @@ import numpy as np
 
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.ground import Ground
+from fitting.diagnosis.jobs import within_columns
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Refit, refit, within_columns
+from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
 from fitting.problem import Problem
 from fitting.progress import Progress

@@ -8,12 +8,13 @@ import numpy as np
 
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contained import lent
+from fitting.diagnosis.cost import misfit_of
 from fitting.diagnosis.explanation import Explanation, best_of
 from fitting.diagnosis.finals import final
 from fitting.diagnosis.heats import HEAT, heats
 from fitting.diagnosis.layout import strengths_of
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import ITERATIONS, Refit, misfit_of
+from fitting.diagnosis.refit import ITERATIONS, Refit
 from fitting.diagnosis.screen import Promise
 from fitting.diagnosis.starts import FROM_AFAR, Approach, Start, long_starts, own_at, start, starts_of
 from fitting.diagnosis.wander import LEAST

@@ -9,8 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.centring import in_runs
 from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
-from fitting.diagnosis.refit import Refit, in_runs, refit
+from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import SUSPECT, all_settled, released
 from fitting.diagnosis.wander import LEAST
 

@@ -8,9 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.cost import misfit_of
+from fitting.diagnosis.jobs import job
 from fitting.diagnosis.laying import LEAD, cut_in_step, divided, lay, length
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import ITERATIONS, Refit, job, misfit_of, refit
+from fitting.diagnosis.refit import ITERATIONS, Refit, refit
 from fitting.diagnosis.release import all_settled, released, settled
 from fitting.diagnosis.scatter import Scatter
 from fitting.diagnosis.wander import LEAST, OWN, START

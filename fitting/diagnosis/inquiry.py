@@ -15,8 +15,9 @@ from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import Closure
 from fitting.diagnosis.ground import resolved
-from fitting.diagnosis.judge import Judgement, refuted, succeeded, weighed_again
+from fitting.diagnosis.judgement import Judgement
 from fitting.diagnosis.other_contact import beside_a_pair, in_place_of_one_of_two
+from fitting.diagnosis.reconsidered import refuted, succeeded, weighed_again
 from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.shrink import (
     CARRIES_OVER,

@@ -15,19 +15,19 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
 from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.credit import credited
 from fitting.diagnosis.enough import NOISE_KNOWN
-from fitting.diagnosis.findings import Verdict
+from fitting.diagnosis.judgement import DOUBT, Judgement, judged, reserve
 from fitting.diagnosis.lead import lead
-from fitting.diagnosis.one_class import Classes, shared
+from fitting.diagnosis.one_class import Classes
 from fitting.diagnosis.second import Alone
 from fitting.diagnosis.single import AMONG, Single, singly
-from fitting.diagnosis.verdict import NONE, UNLISTED, verdict_of
+from fitting.diagnosis.verdict import NONE, UNLISTED
 
 MISSPECIFIED = 12.0
 """How many independent pieces of evidence are left where the best explanation leaves a misfit of 2."""
@@ -63,11 +63,6 @@ EXPLAINS = 0.5, 0.2
 """What an effect off the shelf may be taken to do for the steadiness of friction is what a listed one does
 that leaves less than this share of the excess, or no more than so much above the noise."""
 PRIOR = {"none": 0.3, "unlisted": 0.08, "single": 0.5, "pair": 0.12}
-DOUBT = 0.03
-"""What is kept for explanations that nobody thought of, effects that were not refitted among them: no
-probability is called certain, and none nought. Of 39 sealed cases in which one was taken for all but certain
-(0.996), four were wrong. Half of it is kept for "unlisted": of six wrong ones among 328 cases that were as
-sure of another answer, four were of effects off the shelf."""
 HIDDEN, HIDDEN_ON_SHELF = 0.1, 0.1
 """Where friction scatters, so much of what is likely of "none" is so of something off the shelf that the
 scatter hides, and of an effect that changes friction: of 224 cases called "none" so in five sealed sets, 178
@@ -75,42 +70,6 @@ had no effect, 21 one off the shelf, 21 one that changes friction and four anoth
 TAKEN_FOR = 0.35
 """So much, and less the more there is to explain, of what is likely of an effect is so of something off the
 shelf where friction scatters: with an excess of less than 0.4, five of 34 named had been so."""
-NEXT_TO_NOTHING = 1e-9
-"""What is left to "unlisted" where everything else is taken back."""
-REFUTED = 0.1
-"""The share of its probability that an effect keeps when what took no part speaks against it."""
-SUCCEEDED = 0.05
-"""The share that it keeps when that speaks for another effect, too."""
-
-
-@dataclasses.dataclass(frozen=True)
-class Judgement:
-    """Probabilities of explanations (by their keys joined with +), of "none" and "unlisted"; those of single
-    effects, a pair's shared between its two and a named one's with its class; the verdict and what it names:
-    of "several" first the two that act together, then what may act in the place of one of them; what it
-    counted for an explanation, by its effects, that friction is steadier under it, for none of the shelf by
-    (); and the classes of effects that no record tells apart."""
-
-    explanations: Mapping[str, float]
-    effects: Mapping[str, float]
-    verdict: Verdict
-    named: tuple[str, ...]
-    steadier: Mapping[tuple[str, ...], float]
-    classes: Classes
-
-    @property
-    def taken(self) -> tuple[str, ...]:
-        """What the verdict rests on: of "several" the two that act together, else the likeliest; empty where
-        nothing is named."""
-        return _taken(self.verdict, self.named)
-
-    @property
-    def same(self) -> tuple[tuple[str, ...], ...]:
-        """For each of what is taken that no record tells from others: it, and these as they are named."""
-        found = _same(self.taken, self.classes)
-        return tuple(
-            (key, *(other for other in self.named if other in others)) for key, others in found.items()
-        )
 
 
 def judge(
@@ -193,14 +152,14 @@ def judge(
     untried = [key for key in shelf if (key,) not in steady]
     names, logs = [*names, *untried], [*logs, *[-math.inf] * len(untried)]
     share = np.exp(np.array(logs) - max(logs))
-    kept = _kept(names)
+    kept = reserve(names)
     explanations = {
         name: kept[name] + (1 - DOUBT) * part
         for name, part in zip(names, (share / share.sum()).tolist(), strict=True)
     }
     if hidden:
         explanations = _doubted(explanations, excess, hidden)
-    return _judged(explanations, [NONE, UNLISTED, *shelf], steady, classes or {})
+    return judged(explanations, [NONE, UNLISTED, *shelf], steady, classes or {})
 
 
 def _steadiest(accounts: Sequence[Account], steady: Mapping[tuple[str, ...], float], excess: float) -> float:
@@ -218,12 +177,6 @@ def _alike(aliases: Mapping[str, Collection[str]], classes: Classes) -> dict[str
     return {key: frozenset((*aliases.get(key, ()), *alone.get(key, ()))) for key in {*aliases, *alone}}
 
 
-def _kept(names: Collection[str]) -> dict[str, float]:
-    """What every explanation has of the probability that is kept for those that nobody thought of."""
-    kept = dict.fromkeys(names, DOUBT / 2 / (len(names) - 1))
-    return {**kept, UNLISTED: DOUBT / 2}
-
-
 def _doubted(explanations: Mapping[str, float], excess: float, hidden: Collection[str]) -> dict[str, float]:
     """The probabilities where scatter hides a good deal."""
     mistaken = TAKEN_FOR * math.exp(-excess)
@@ -234,99 +187,6 @@ def _doubted(explanations: Mapping[str, float], excess: float, hidden: Collectio
     out[NONE] = (1 - HIDDEN - HIDDEN_ON_SHELF) * none
     out[UNLISTED] = 1 - sum(out.values())
     return {name: out[name] for name in explanations}
-
-
-def _judged(
-    explanations: Mapping[str, float],
-    names: Iterable[str],
-    steadier: Mapping[tuple[str, ...], float],
-    classes: Classes,
-) -> Judgement:
-    """The judgement that probabilities of explanations come to: those of all names, that of two effects
-    shared between them, and the verdict, in which one effect stands for its class."""
-    effects = dict.fromkeys(names, 0.0)
-    for explanation, p in explanations.items():
-        keys = explanation.split("+")
-        for key in keys:
-            effects[key] += p / len(keys)
-    verdict, named = verdict_of(explanations, classes)
-    taken, others = _taken(verdict, named), list[str]()
-    for key, same in _same(taken, classes).items():
-        effects = shared(effects, (key, *same))
-        others += sorted(same, key=lambda other: -effects[other])
-    if others and verdict == "effect":
-        verdict = "ambiguous"
-    named = tuple(dict.fromkeys((*taken, *others, *named)))
-    return Judgement(explanations, effects, verdict, named, steadier, classes)
-
-
-def _taken(verdict: Verdict, named: tuple[str, ...]) -> tuple[str, ...]:
-    return named[: 2 if verdict == "several" else 1]
-
-
-def _same(taken: tuple[str, ...], classes: Classes) -> dict[str, tuple[str, ...]]:
-    """The others in the class of each of these effects, which act together, where it has one."""
-    found = {key: classes.get((key, *(other for other in taken if other != key)), ()) for key in taken}
-    return {key: others for key, others in found.items() if others}
-
-
-def weighed_again(
-    judgement: Judgement, keys: tuple[str, ...], steadier: float, others: Mapping[tuple[str, ...], float] = {}
-) -> Judgement:
-    """The judgement once runs that took no part have said by how much steadier an explanation makes friction
-    there, and maybe some `others` (logarithms of likelihood ratios). What these were credited with for that
-    is at most doubled or taken back, and what all others were in the same proportion as that of the first.
-    Effects that were not refitted have no part in it: theirs is what is kept for what nobody thought of."""
-
-    def proportion(keys: tuple[str, ...], steadier: float) -> float:
-        own = judgement.steadier[keys]
-        return float(np.clip(steadier / own, -1.0, 1.0)) if own > 0 else 0.0
-
-    usual = proportion(keys, steadier)
-    known = {each: proportion(each, its) for each, its in others.items()}
-    kept = _kept(judgement.explanations)
-    tried = {NONE, UNLISTED, *("+".join(each) for each in judgement.steadier)}
-    weights = {
-        name: max(p - kept[name], 0.0) if name in tried else 0.0 for name, p in judgement.explanations.items()
-    }
-    weights[UNLISTED] += NEXT_TO_NOTHING
-    for each, worth in judgement.steadier.items():
-        weights["+".join(each) or UNLISTED] *= math.exp(known.get(each, usual) * worth)
-    whole = sum(weights.values())
-    explanations = {name: kept[name] + (1 - DOUBT) * weight / whole for name, weight in weights.items()}
-    return _judged(explanations, judgement.effects, judgement.steadier, judgement.classes)
-
-
-def refuted(judgement: Judgement, heir: str = UNLISTED) -> Judgement:
-    """The judgement once runs that took no part have spoken against the effects that it names: what was
-    likely of effects is so of the heir, "unlisted" or "none", but for a tenth."""
-    explanations = {
-        name: p if name in (NONE, UNLISTED) else REFUTED * p for name, p in judgement.explanations.items()
-    }
-    explanations[heir] += 1 - sum(explanations.values())
-    return _judged(explanations, judgement.effects, judgement.steadier, judgement.classes)
-
-
-def succeeded(judgement: Judgement, keys: tuple[str, ...], heir: tuple[str, ...]) -> Judgement:
-    """The judgement once runs that took no part have spoken against one explanation, and for another: what
-    was likely of the former is so of the latter, but for a twentieth."""
-    return _handed_on(judgement, "+".join(keys), "+".join(heir), SUCCEEDED)
-
-
-def astray(judgement: Judgement) -> Judgement:
-    """The judgement where segments go astray although the rest shows no gap, or scatter more than friction
-    that wanders can: whatever acts in these, it is not nothing. What was likely of "none" is so of
-    "unlisted", but for a tenth."""
-    return _handed_on(judgement, NONE, UNLISTED, REFUTED)
-
-
-def _handed_on(judgement: Judgement, name: str, heir: str, kept: float) -> Judgement:
-    """The judgement where what is likely of one explanation is so of another, but for the share `kept`."""
-    explanations = dict(judgement.explanations)
-    rest = (1 - kept) * explanations[name]
-    explanations[name] -= rest
-    explanations[heir] += rest
-    return _judged(explanations, judgement.effects, judgement.steadier, judgement.classes)
 
 
 def _levelled(

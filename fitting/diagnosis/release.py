@@ -10,9 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.cost import whole_cost
+from fitting.diagnosis.equations import fall, normal
+from fitting.diagnosis.jobs import job
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import ENOUGH, Refit, fall, job, normal, refit, whole_cost
+from fitting.diagnosis.refit import Refit, refit
+from fitting.diagnosis.search import ENOUGH
 from fitting.diagnosis.wander import FAR_OFF, OWN, START
 
 SWEEPS = 4

@@ -14,8 +14,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.cost import misfit_of
+from fitting.diagnosis.jobs import job
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Refit, job, misfit_of
+from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.wander import OWN
 
 FEWEST = 6

@@ -15,10 +15,11 @@ from scipy.ndimage import maximum_filter1d
 
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.columns import Columns
+from fitting.diagnosis.cost import misfit_of
+from fitting.diagnosis.jobs import job
 from fitting.diagnosis.linked import whitener
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.phases import phases_of
-from fitting.diagnosis.refit import job, misfit_of
 from fitting.diagnosis.repeatability import FEWEST, differences, successive
 from fitting.diagnosis.wander import OWN
 

@@ -12,10 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.equations import Projection
+from fitting.diagnosis.jobs import chosen_columns, job
 from fitting.diagnosis.layout import Layout, owners
 from fitting.diagnosis.model import Job, Model
 from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import Projection, Refit, chosen_columns, job
+from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.wander import allowed
 
 PEAK, EDGES = 4.0, 0.95

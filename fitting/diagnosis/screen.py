@@ -15,9 +15,10 @@ import numpy as np
 from scipy.stats import qmc
 
 from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.jobs import job
 from fitting.diagnosis.layout import owners, strengths_of
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Refit, job
+from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.scores import Table, places_of, templates_of
 from jaxstick.effect import Leftover
 

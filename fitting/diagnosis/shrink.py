@@ -10,10 +10,11 @@ import numpy as np
 
 from fitting.cycle import frequency_of
 from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.cost import misfit_of
 from fitting.diagnosis.elsewhere import elsewhere
 from fitting.diagnosis.findings import Closure
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Refit, misfit_of
+from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.release import released
 from fitting.diagnosis.repeatability import unrepeated
 from fitting.diagnosis.steadiness import steadier

@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.jobs import within_columns
 from fitting.diagnosis.layout import Layout, with_strengths
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Refit, within_columns
+from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.release import all_settled
 from fitting.diagnosis.screen import Promise
 from fitting.diagnosis.wander import START

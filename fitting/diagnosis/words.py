@@ -16,7 +16,7 @@ from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import MOST_TIMES, Closure, Proposal, Where
 from fitting.diagnosis.ground import Ground
-from fitting.diagnosis.judge import Judgement
+from fitting.diagnosis.judgement import Judgement
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.next_run import rivals
 from fitting.diagnosis.repeatability import wander_of

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.jobs import chosen_columns, job
 from fitting.diagnosis.laying import lay_whole
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import chosen_columns, job
 from fitting.diagnosis.wander import LEAST, OWN, START
 from fitting.problem import pose
 from fitting.settings import Settings

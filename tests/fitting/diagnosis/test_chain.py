@@ -11,8 +11,9 @@ from fitting.correction import correction_of
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.chain import other_way_round
 from fitting.diagnosis.explanation import Explanation
+from fitting.diagnosis.jobs import within_columns
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import refit, within_columns
+from fitting.diagnosis.refit import refit
 from fitting.diagnosis.screen import Promise
 from fitting.diagnosis.survey import nominal_on
 from fitting.problem import Problem

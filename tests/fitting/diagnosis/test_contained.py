@@ -12,8 +12,9 @@ from fitting.diagnosis import contained
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contained import none_above
 from fitting.diagnosis.explanation import Explanation
+from fitting.diagnosis.jobs import within_columns
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Refit, refit, within_columns
+from fitting.diagnosis.refit import Refit, refit
 from jaxstick.parts.drive import SineDrive
 from tests.fitting.diagnosis.grounded import from_the_truth, laid_out
 from tests.fitting.reference_data import TRUTH, WRONG, dataset, noisy, own_run

@@ -15,7 +15,7 @@ from fitting.diagnosis.attribute import Attribution
 from fitting.diagnosis.constancy import Trend
 from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.inquiry import Inquiry, _fits
-from fitting.diagnosis.judge import Judgement
+from fitting.diagnosis.judgement import Judgement
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.diagnosis.shrink import Split
 from fitting.diagnosis.unrest import Unrest

@@ -11,15 +11,8 @@ from hypothesis import strategies as st
 
 from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.enough import hints, leaves_nothing, suffices
-from fitting.diagnosis.judge import (
-    LEAST_INFLATION,
-    astray,
-    judge,
-    pieces_of_evidence,
-    refuted,
-    succeeded,
-    weighed_again,
-)
+from fitting.diagnosis.judge import LEAST_INFLATION, judge, pieces_of_evidence
+from fitting.diagnosis.reconsidered import astray, refuted, succeeded, weighed_again
 from fitting.diagnosis.single import AMONG
 from fitting.diagnosis.verdict import alternatives, verdict_of
 

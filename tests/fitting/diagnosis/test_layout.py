@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.centring import centred
 from fitting.diagnosis.contest import contest
 from fitting.diagnosis.explanation import Explanation
+from fitting.diagnosis.jobs import within_columns
 from fitting.diagnosis.layout import GAUGE, LEVELLED, Layout, owners, strengths_of, with_strengths
 from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
 from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import centred, within_columns
 from fitting.diagnosis.screen import screen
 from fitting.diagnosis.starts import Approach
 from fitting.diagnosis.wander import START

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from fitting.diagnosis.jobs import job
 from fitting.diagnosis.linked import response, whitener
 from fitting.diagnosis.model import Job
-from fitting.diagnosis.refit import job
 from jaxstick.parts.drive import SineDrive
 from tests.fitting.diagnosis.grounded import from_the_truth, laid_out
 from tests.fitting.reference_data import TRUTH, dataset, noisy, own_run

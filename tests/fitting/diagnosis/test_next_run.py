@@ -14,7 +14,7 @@ from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.findings import MOST_TIMES, TELLING, Plan, Proposal
 from fitting.diagnosis.ground import Ground
-from fitting.diagnosis.judge import Judgement
+from fitting.diagnosis.judgement import Judgement
 from fitting.diagnosis.next_run import left, rivals
 from fitting.diagnosis.planned import AMPLITUDES, BEYOND, CYCLES, plans, recorded
 from fitting.diagnosis.refit import Refit, refit

@@ -8,19 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from fitting.diagnosis import refit as refits
+from fitting.diagnosis import search as searching
 from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.jobs import job
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.refit import (
-    ENOUGH,
-    ENOUGH_OF_SCATTER,
-    LEAST_DAMPED,
-    Refit,
-    _Search,
-    job,
-    refit,
-)
+from fitting.diagnosis.refit import Refit, refit
+from fitting.diagnosis.search import ENOUGH, ENOUGH_OF_SCATTER, LEAST_DAMPED, Search
 from jaxstick.effects.slip_weakening import SlipWeakening
 from jaxstick.parts.drive import SineDrive
 from tests.fitting.diagnosis.grounded import from_the_truth, laid_out, noisy_runs
@@ -84,7 +78,7 @@ def test_damping_grows_with_every_step_that_is_refused_and_does_not_vanish(fitte
     (seen,) = model.columns([job(model, bench, fit.point)])
 
     def dampings(costs: Sequence[float]) -> list[float]:
-        search = _Search(model, bench, fit.point, fit.free, False)
+        search = Search(model, bench, fit.point, fit.free, False)
         found = []
         for number, cost in enumerate(costs):
             columns = dataclasses.replace(seen, residual=cost * seen.residual)
@@ -100,14 +94,14 @@ def test_damping_grows_with_every_step_that_is_refused_and_does_not_vanish(fitte
 def test_a_lane_whose_start_is_not_told_apart_spoils_no_refit(fitted, monkeypatch):
     """Where a lane's motion grows beyond bounds, what it has of its own all does the same."""
     model, bench, fit = fitted
-    plain = refits.normal
+    plain = searching.normal
 
     def degenerate(columns):
         gradient, curvature = plain(columns)
         curvature[3, COLUMNS:, COLUMNS:] = 1e12
         return gradient, curvature
 
-    monkeypatch.setattr(refits, "normal", degenerate)
+    monkeypatch.setattr(searching, "normal", degenerate)
     (found,) = refit(model, bench, [fit.point], [fit.free], iterations=1, wander=False)
     assert {*found.told} == {*fit.free.tolist()}
     assert all(told > 0 for told in found.told.values())

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis.bench import Bench
+from fitting.diagnosis.cost import BROKEN
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import BROKEN, Refit, refit
+from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import handed_on, released, settled
 from fitting.diagnosis.wander import START
 from jaxstick.effects.displacement_gain import DisplacementGain

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from fitting.diagnosis.refit import job
+from fitting.diagnosis.jobs import job
 from fitting.diagnosis.scatter import Scatter
 from fitting.diagnosis.wander import OWN
 from jaxstick.parts.drive import SineDrive

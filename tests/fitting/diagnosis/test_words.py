@@ -10,7 +10,7 @@ import pytest
 
 from fitting.diagnosis.bursts import Bursts
 from fitting.diagnosis.clue import Clue
-from fitting.diagnosis.judge import Judgement
+from fitting.diagnosis.judgement import Judgement
 from fitting.diagnosis.model import Shelf
 from fitting.diagnosis.scatter import Scatter
 from fitting.diagnosis.unrest import Unrest

@@ -1,0 +1,39 @@
+"""What the program is run on to see a bench at a point, and what it differentiates by."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fitting.diagnosis.bench import Bench, Point
+from fitting.diagnosis.model import Job, Model
+from fitting.diagnosis.programs import COLUMNS
+from fitting.diagnosis.wander import allowed
+
+
+def job(model: Model, bench: Bench, point: Point, chosen: np.ndarray | None = None) -> Job:
+    """The linearisation of a bench at a point, by what each lane has of its own and the chosen unknowns."""
+    if chosen is None:
+        chosen = np.full((len(bench.lanes), COLUMNS), -1)
+    deviation = allowed(bench.lanes, point.widths)
+    return Job(
+        point.attached, bench.lanes, deviation, point.each(model, bench), point.own, chosen, bench.whitener
+    )
+
+
+def chosen_columns(free: np.ndarray, level: int, lanes: int) -> np.ndarray:
+    """What the program differentiates by: the level of friction first, then the free unknowns."""
+    row = np.full(COLUMNS, -1)
+    row[0] = level
+    row[1 : 1 + len(free)] = free
+    return np.tile(row, (lanes, 1))
+
+
+def within_columns(model: Model, *unknowns: np.ndarray) -> np.ndarray:
+    """Unknowns that are to be free, as many as the program has columns for beside the level of friction.
+
+    Where there are more, what the rig has within its tolerance stays as it was found before, the mass first.
+    """
+    free = np.concatenate(unknowns)
+    spare = [number for number in model.of_rig().tolist() if number in free]
+    free = free[~np.isin(free, spare[: max(0, len(free) - (COLUMNS - 1))])]
+    return free[: COLUMNS - 1]
