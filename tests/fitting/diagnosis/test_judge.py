@@ -12,21 +12,9 @@ from hypothesis import strategies as st
 from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.enough import hints, leaves_nothing, suffices
 from fitting.diagnosis.judge import LEAST_INFLATION, judge, pieces_of_evidence
-from fitting.diagnosis.reconsidered import astray, refuted, succeeded, weighed_again
 from fitting.diagnosis.single import AMONG
 from fitting.diagnosis.verdict import alternatives, verdict_of
-
-SHELF = [f"effect_{n}" for n in range(36)]
-SAMPLES = 16000.0
-
-
-def account(number: int, misfit: float, parameters: int = 1) -> Account:
-    return Account((SHELF[number],), misfit, parameters)
-
-
-def both(misfit: float) -> Account:
-    """The first two together."""
-    return Account((SHELF[0], SHELF[1]), misfit, 2)
+from tests.fitting.diagnosis.judged import SAMPLES, SHELF, account, both
 
 
 def test_no_gap_is_called_none():
@@ -190,25 +178,6 @@ def test_a_second_that_alone_changes_along_the_runs_mends_no_shape(changing, ver
     assert judge(6.0, [first, account(1, 5.0), two], SAMPLES, 100.0, SHELF).verdict == verdict
 
 
-def test_what_took_no_part_takes_back_or_confirms_that_friction_is_steadier():
-    """No more than there was to take back, from all alike; what rests on something else stays as it is.
-    Exactly so where as much tells which effect acts as whether any does."""
-    drift = dataclasses.replace(account(0, 1.05), steadier=6.5)
-    other = dataclasses.replace(account(1, 1.05), steadier=3.0)
-    found = judge(1.06, [drift, other, account(2, 1.045)], SAMPLES, AMONG, SHELF)
-    assert found.named == (SHELF[0],)
-    again = weighed_again(found, drift.keys, -9.0)
-    assert again.verdict == "none"
-    plain = [account(0, 1.05), account(1, 1.05), account(2, 1.045)]
-    assert again.effects == pytest.approx(judge(1.06, plain, SAMPLES, AMONG, SHELF).effects, abs=1e-9)
-    assert weighed_again(found, drift.keys, 2.0).effects[SHELF[0]] > found.effects[SHELF[0]]
-    for judgement in (again, found):
-        assert sum(judgement.effects.values()) == pytest.approx(1.0)
-        assert sum(judgement.explanations.values()) == pytest.approx(1.0)
-    clear = judge(9.0, [account(0, 1.01), account(1, 4.0)], SAMPLES, 1.5, SHELF)
-    assert weighed_again(clear, clear.named, -30.0).effects == pytest.approx(clear.effects)
-
-
 def test_scatter_says_less_of_whether_an_effect_acts_but_not_of_which_does():
     """It hides either alike."""
     accounts = [account(0, 0.99), account(1, 1.02)]
@@ -220,28 +189,6 @@ def test_scatter_says_less_of_whether_an_effect_acts_but_not_of_which_does():
     (none, odds), (hidden, other_odds) = judged(AMONG), judged(4 * AMONG)
     assert hidden > 3 * none
     assert other_odds == pytest.approx(odds, rel=0.02)
-
-
-def test_two_effects_are_confirmed_by_what_runs_say_of_them_that_took_no_part_not_by_what_they_say_of_one():
-    """These confirm one effect in full, and find friction no steadier with two."""
-    first = dataclasses.replace(account(0, 0.99), steadier=20.0)
-    two = dataclasses.replace(both(0.99), steadier=38.0, of_friction=(SHELF[1],))
-    found = judge(6.0, [first, account(1, 5.0), two], SAMPLES, 100.0, SHELF)
-    assert (found.verdict, found.named) == ("effect", first.keys)
-    assert weighed_again(found, first.keys, 20.0).verdict == "several"
-    again = weighed_again(found, first.keys, 20.0, {two.keys: 20.0})
-    assert (again.verdict, again.named) == ("effect", first.keys)
-
-
-@pytest.mark.parametrize("hidden", [(), SHELF])
-def test_what_was_not_refitted_is_not_named_where_everything_else_is_taken_back(hidden):
-    """Were it a hair's breadth of probability that nobody looked at: it is unlisted then."""
-    steady = dataclasses.replace(account(0, 1.0), steadier=150.0, of_friction=(SHELF[0],))
-    found = judge(30.0, [steady], SAMPLES, 40.0, SHELF, hidden=hidden)
-    assert found.named == steady.keys
-    again = weighed_again(found, steady.keys, -1000.0)
-    assert (again.verdict, again.named) == ("unlisted", ())
-    assert sum(again.effects.values()) == pytest.approx(1.0)
 
 
 def test_scatter_hides_what_is_off_the_shelf_and_what_changes_friction():
@@ -302,55 +249,6 @@ def test_two_that_leave_more_than_one_of_them_are_not_named_for_steadier_frictio
     for left, verdict in ((1.065, "effect"), (1.055, "several"), (1.049, "several")):
         pair = dataclasses.replace(both(left), steadier=67.0, of_friction=(SHELF[1],))
         assert judge(2.05, [*alone, pair], SAMPLES, 40.0, SHELF).verdict == verdict
-
-
-def test_segments_that_go_astray_are_not_nothing():
-    """What effects are likely to be stays; where one is named, nothing changes."""
-    found = judge(1.02, [account(0, 1.019), account(1, 1.0195)], SAMPLES, 2.0, SHELF)
-    doubted = astray(found)
-    assert (found.verdict, doubted.verdict) == ("none", "unlisted")
-    assert sum(doubted.explanations.values()) == pytest.approx(1.0)
-    assert doubted.effects[SHELF[0]] == found.effects[SHELF[0]]
-    assert doubted.effects["none"] == pytest.approx(0.1 * found.effects["none"])
-    clear = judge(9.0, [account(0, 1.01), account(1, 4.0)], SAMPLES, 1.5, SHELF)
-    assert astray(clear).named == clear.named == (SHELF[0],)
-
-
-def test_what_other_runs_refute_is_unlisted():
-    """What is left to the effects keeps its order; "none" is not touched."""
-    found = judge(9.0, [account(0, 1.01), account(1, 4.0), account(2, 8.5)], SAMPLES, 1.5, SHELF)
-    doubted = refuted(found)
-    assert (doubted.verdict, doubted.named) == ("unlisted", ())
-    assert doubted.effects["unlisted"] > 0.85
-    for before, after in (
-        (found.effects, doubted.effects),
-        (found.explanations, doubted.explanations),
-    ):
-        assert sum(after.values()) == pytest.approx(1.0)
-        assert after["none"] == before["none"]
-        assert after[SHELF[0]] == pytest.approx(0.1 * before[SHELF[0]])
-
-
-def test_what_other_runs_do_not_call_for_is_none():
-    """Scores that are too high for chance and too small to matter: what was the effects' goes to "none"."""
-    found = judge(0.968, [account(0, 0.9636), account(1, 0.9674, 3)], SAMPLES, 1.0, SHELF)
-    assert (found.verdict, found.named) == ("effect", (SHELF[0],))
-    doubted = refuted(found, "none")
-    assert (doubted.verdict, doubted.named) == ("none", ())
-    assert doubted.effects["unlisted"] == found.effects["unlisted"]
-    assert sum(doubted.effects.values()) == pytest.approx(1.0)
-
-
-def test_what_other_runs_speak_for_succeeds_what_they_speak_against():
-    """The rest of the answers keep what they have."""
-    found = judge(1.3, [account(0, 1.02), account(1, 1.01, 3), account(2, 1.25)], SAMPLES, 40.0, SHELF)
-    assert found.taken == (SHELF[0],)
-    after = succeeded(found, (SHELF[0],), (SHELF[1],))
-    assert (after.verdict, after.named) == ("effect", (SHELF[1],))
-    assert after.effects[SHELF[0]] == pytest.approx(0.05 * found.effects[SHELF[0]])
-    assert sum(after.explanations.values()) == pytest.approx(1.0)
-    for other in ("none", "unlisted", SHELF[2]):
-        assert after.effects[other] == pytest.approx(found.effects[other])
 
 
 def test_a_pair_is_named_where_one_alone_leaves_a_gap():
