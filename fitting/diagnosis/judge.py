@@ -145,8 +145,8 @@ def judge(
         if account.keys in singles:
             logs.append(weight(0.0, PRIOR["single"] / len(shelf)) + singles[account.keys])
             continue
-        needless = alone.makes_needless(account)
-        more = 0.0 if needless else NESTED * beyond_one(account.misfit, alone.soft, pieces)
+        more = NESTED * beyond_one(account.misfit, alone.soft, pieces)
+        more = min(more, 0.0) if alone.makes_needless(account) else more
         logs.append(weight(prices[account.keys], PRIOR["pair"] / pairs) + more)
     logs = _levelled(names, logs, accounts, ALIKE * excess, aliases or {})
     untried = [key for key in shelf if (key,) not in steady]

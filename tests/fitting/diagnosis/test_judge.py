@@ -178,6 +178,15 @@ def test_a_second_that_alone_changes_along_the_runs_mends_no_shape(changing, ver
     assert judge(6.0, [first, account(1, 5.0), two], SAMPLES, 100.0, SHELF).verdict == verdict
 
 
+def test_two_that_explain_nothing_are_not_named_for_costing_nothing():
+    """Beside one that explains nearly all, with a shape that the records tell and that they pay for."""
+    one = Account((SHELF[0],), 1.289, 5, shapes=(15000.0, 29.0, 0.41, 170.0))
+    idle = Account((SHELF[1], SHELF[2]), 23.78, 5, shapes=(2e-8, 0.0, 7e-15))
+    found = judge(23.777, [one, account(1, 23.796), account(2, 24.58), idle], SAMPLES / 2, 1.0, SHELF)
+    assert (found.verdict, found.named) == ("effect", one.keys)
+    assert found.explanations["+".join(idle.keys)] < 1e-3
+
+
 def test_scatter_says_less_of_whether_an_effect_acts_but_not_of_which_does():
     """It hides either alike."""
     accounts = [account(0, 0.99), account(1, 1.02)]
