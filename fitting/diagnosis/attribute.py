@@ -87,11 +87,11 @@ class Attribution:
         return passes_for_noise(self.nominal.misfit / self.floor)
 
     def refuted(self) -> Attribution:
-        """The same where what is named is not the cause, as `judge.refuted` has it."""
+        """The same where what is named is not the cause, as `reconsidered.refuted` has it."""
         return dataclasses.replace(self, judgement=refuted(self.judgement))
 
     def astray(self) -> Attribution:
-        """The same where whatever acts is not nothing, as `judge.astray` has it."""
+        """The same where whatever acts is not nothing, as `reconsidered.astray` has it."""
         return dataclasses.replace(self, judgement=astray(self.judgement))
 
     @property
