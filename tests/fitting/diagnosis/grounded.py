@@ -22,8 +22,8 @@ from fitting.settings import Settings
 from jaxstick.effect import AbstractEffect
 from jaxstick.effects.asymmetric_friction import AsymmetricFriction
 from jaxstick.parts.drive import SineDrive
-from jaxstick.record import DataSet, Noise, Run
-from tests.fitting.reference_data import NOISE, TRUTH, WRONG, dataset, noisy, own_run
+from jaxstick.record import AssumedConstants, DataSet, Noise, Run
+from tests.fitting.reference_data import NOISE, RIGHT, TRUTH, WRONG, dataset, noisy, own_run
 
 WORKERS = 2
 SUBSTEPS = 16
@@ -92,3 +92,10 @@ def from_the_truth(model: Model, bench: Bench, keys: tuple[str, ...], coordinate
     point = Point(keys, coordinates, model.alike(bench.runs), own, widths)
     (fit,) = refit(model, bench, [point], [model.index(*model.constants)], wander=False)
     return fit
+
+
+def fitted_from_the_truth(samples: int, assumed: AssumedConstants = RIGHT) -> tuple[Model, Bench, Refit]:
+    """A noisy record of the 1987 rig, its lanes fitted from the true constants on."""
+    run = noisy(own_run(SineDrive(1.5, 10.325e-3), samples=samples), np.random.default_rng(3))
+    model, bench = laid_out(dataset(run, assumed=assumed))
+    return model, bench, from_the_truth(model, bench, (), model.origin(TRUTH))

@@ -15,9 +15,8 @@ from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.jobs import within_columns
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
-from jaxstick.parts.drive import SineDrive
-from tests.fitting.diagnosis.grounded import from_the_truth, laid_out
-from tests.fitting.reference_data import TRUTH, WRONG, dataset, noisy, own_run
+from tests.fitting.diagnosis.grounded import fitted_from_the_truth
+from tests.fitting.reference_data import WRONG
 
 LOST = slice(2, 9)
 
@@ -25,9 +24,7 @@ LOST = slice(2, 9)
 @pytest.fixture(scope="module")
 def nominal() -> tuple[Model, Bench, Refit]:
     """A record of the 1987 rig, the nominal model fitted from the true constants on."""
-    run = noisy(own_run(SineDrive(1.5, 10.325e-3), samples=1000), np.random.default_rng(3))
-    model, bench = laid_out(dataset(run, assumed=WRONG))
-    return model, bench, from_the_truth(model, bench, (), model.origin(TRUTH))
+    return fitted_from_the_truth(1000, WRONG)
 
 
 def explained(nominal: tuple[Model, Bench, Refit], key: str, off: Any, lanes: slice) -> Explanation:

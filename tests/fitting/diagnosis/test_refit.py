@@ -16,17 +16,14 @@ from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.search import ENOUGH, ENOUGH_OF_SCATTER, LEAST_DAMPED, Search
 from jaxstick.effects.slip_weakening import SlipWeakening
-from jaxstick.parts.drive import SineDrive
-from tests.fitting.diagnosis.grounded import from_the_truth, laid_out, noisy_runs
-from tests.fitting.reference_data import TRUTH, dataset, noisy, own_run
+from tests.fitting.diagnosis.grounded import fitted_from_the_truth, from_the_truth, laid_out, noisy_runs
+from tests.fitting.reference_data import TRUTH, dataset
 
 
 @pytest.fixture(scope="module")
 def fitted() -> tuple[Model, Bench, Refit]:
     """A record of the 1987 rig, its lanes fitted from the true constants on."""
-    run = noisy(own_run(SineDrive(1.5, 10.325e-3), samples=600), np.random.default_rng(3))
-    model, bench = laid_out(dataset(run))
-    return model, bench, from_the_truth(model, bench, (), model.origin(TRUTH))
+    return fitted_from_the_truth(600)
 
 
 def looked_at(

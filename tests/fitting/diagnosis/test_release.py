@@ -16,7 +16,7 @@ from fitting.diagnosis.wander import START
 from jaxstick.effects.displacement_gain import DisplacementGain
 from jaxstick.parts.drive import SineDrive
 from jaxstick.record import Noise
-from tests.fitting.diagnosis.grounded import from_the_truth, laid_out
+from tests.fitting.diagnosis.grounded import fitted_from_the_truth, from_the_truth, laid_out
 from tests.fitting.reference_data import TRUTH, WRONG, dataset, noisy, own_run
 
 LOST = slice(4, 7)
@@ -25,9 +25,8 @@ LOST = slice(4, 7)
 @pytest.fixture(scope="module")
 def fitted() -> tuple[Model, Bench, Refit]:
     """A record of the 1987 rig, its lanes fitted from the true constants on."""
-    run = noisy(own_run(SineDrive(1.5, 10.325e-3), samples=1000), np.random.default_rng(3))
-    model, bench = laid_out(dataset(run, assumed=WRONG))
-    return model, bench, freed_from_the_truth(model, bench, (), model.origin(TRUTH))
+    model, bench, fit = fitted_from_the_truth(1000, WRONG)
+    return model, bench, released(model, bench, fit, wander=False)
 
 
 @pytest.fixture(scope="module")
