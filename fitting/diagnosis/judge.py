@@ -28,6 +28,7 @@ from fitting.diagnosis.one_class import Classes
 from fitting.diagnosis.second import Alone
 from fitting.diagnosis.single import AMONG, Single, singly
 from fitting.diagnosis.verdict import NONE, UNLISTED
+from fitting.diagnosis.whiteness import whiteness
 
 MISSPECIFIED = 12.0
 """How many independent pieces of evidence are left where the best explanation leaves a misfit of 2."""
@@ -119,10 +120,10 @@ def judge(
     anything = Account((), unlisted, UNLISTED_PARAMETERS)
     lacking = 0.0 if best > floor + LACKING * max(nominal - floor, 0.0) else LACKING
     steady[anything.keys] = (1 - lacking) * _steadiest(accounts, steady, excess)
-    ahead = lead(alone.misfits, nominal, same)
+    against = lead(alone.misfits, nominal, same) + whiteness(nominal, inflation)
     logs = [
         weight(0.0, PRIOR[NONE]) - behind(nominal, surely) - 0.5 * (excess / FLOOR) ** 2,
-        weight(anything.price(pieces) - steady[anything.keys] + ahead, PRIOR[UNLISTED])
+        weight(anything.price(pieces) - steady[anything.keys] + against, PRIOR[UNLISTED])
         - behind(unlisted, surely),
     ]
     prices = {account.keys: account.price(pieces) - steady[account.keys] for account in accounts}
