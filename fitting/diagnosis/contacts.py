@@ -15,7 +15,6 @@ import numpy as np
 
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.ground import Ground
-from fitting.diagnosis.jobs import within_columns
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.release import released
@@ -148,12 +147,12 @@ def _left(fit: Refit, paper: Refit, floor: float) -> float:
 def carried(fit: Refit, model: Model, other: Model) -> Refit:
     """Where a refit under one model would begin under another: what only the other has is at its typical
     value, and no more effects are attached than the fit has, for programs are new there. Free is what is so
-    there under every hypothesis, and the unknowns of the fit's effects, as many as the program has columns
-    for. Cost and misfit are still those under the first."""
+    there under every hypothesis, and the unknowns of the fit's effects. Cost and misfit are still those
+    under the first."""
     coordinates = other.origin({})
     shared = [name for name in model.names if name in other.names]
     coordinates[other.index(*shared)] = fit.point.coordinates[model.index(*shared)]
     attached = other.sharing.together(model.free_effects(fit.free))
     own = [model.names[i] for i in fit.free if model.names[i] not in model.common]
-    free = within_columns(other, other.nuisances(), other.index(*own))
+    free = np.concatenate([other.nuisances(), other.index(*own)])
     return fit.begun(dataclasses.replace(fit.point, coordinates=coordinates, keys=attached), free)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from fitting.diagnosis.columns import Columns
-from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.wander import OWN
 
 
@@ -32,7 +31,7 @@ class Projection:
     """Takes out of values (lanes, rows, ..) what each lane can make of them by itself."""
 
     def __init__(self, columns: Columns) -> None:
-        self._basis, self._root = np.linalg.qr(columns.jacobian[:, :, COLUMNS:])
+        self._basis, self._root = np.linalg.qr(columns.jacobian[:, :, -OWN:])
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         return values - self._basis @ (self._basis.transpose(0, 2, 1) @ values)

@@ -21,19 +21,9 @@ def job(model: Model, bench: Bench, point: Point, chosen: np.ndarray | None = No
 
 
 def chosen_columns(free: np.ndarray, level: int, lanes: int) -> np.ndarray:
-    """What the program differentiates by: the level of friction first, then the free unknowns."""
-    row = np.full(COLUMNS, -1)
+    """What the program differentiates by, as often as it takes: the level of friction first, then the free
+    unknowns."""
+    row = np.full(-(-(1 + len(free)) // COLUMNS) * COLUMNS, -1)
     row[0] = level
     row[1 : 1 + len(free)] = free
     return np.tile(row, (lanes, 1))
-
-
-def within_columns(model: Model, *unknowns: np.ndarray) -> np.ndarray:
-    """Unknowns that are to be free, as many as the program has columns for beside the level of friction.
-
-    Where there are more, what the rig has within its tolerance stays as it was found before, the mass first.
-    """
-    free = np.concatenate(unknowns)
-    spare = [number for number in model.of_rig().tolist() if number in free]
-    free = free[~np.isin(free, spare[: max(0, len(free) - (COLUMNS - 1))])]
-    return free[: COLUMNS - 1]

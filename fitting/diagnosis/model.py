@@ -68,8 +68,8 @@ class Job(NamedTuple):
 
     keys: the effects; of the measuring chain's the last stands nearest to the contact. deviation (times
     lanes, 5): standard deviations of the priors of what lanes have of their own; coordinates (times lanes,
-    all); own (times lanes, 5); chosen (times lanes, `COLUMNS`), the numbers of the unknowns that each lane is
-    differentiated by, -1 for none. whitener: `Bench.whitener` of the lanes.
+    all); own (times lanes, 5); chosen (times lanes, some times `COLUMNS`), the numbers of the unknowns that
+    each lane is differentiated by, -1 for none. whitener: `Bench.whitener` of the lanes.
     """
 
     keys: tuple[str, ...]
@@ -79,6 +79,11 @@ class Job(NamedTuple):
     own: np.ndarray
     chosen: np.ndarray
     whitener: np.ndarray | None = None
+
+    def parts(self) -> list[Job]:
+        """The jobs, each for as many unknowns as the program takes at once, that do what this one asks."""
+        whole = range(0, self.chosen.shape[1], COLUMNS)
+        return [self._replace(chosen=self.chosen[:, first : first + COLUMNS]) for first in whole]
 
 
 Rows = Callable[[int, int], Sequence[Sequence[slice]]]
@@ -226,11 +231,13 @@ class Model:
             read = slice(reach), slice(room, room + reach), slice(2 * room, 2 * room + OWN)
             return read, read, [slice(reach)]
 
-        found = self._in_packs(columns, jobs, rows)
+        parts = [job.parts() for job in jobs]
+        found = iter(self._in_packs(columns, [part for job in parts for part in job], rows))
+        whole = [_joined([Columns(*next(found)) for _ in job]) for job in parts]
 
         def whitened(number: int) -> Columns:
             job = jobs[number]
-            return Columns(*found[number]).whitened(job.whitener, _used(job.chosen))
+            return whole[number].whitened(job.whitener, _used(job.chosen))
 
         return self.side_by_side(whitened, range(len(jobs)))
 
@@ -335,7 +342,16 @@ class Model:
 
 def _used(chosen: np.ndarray) -> np.ndarray:
     """Which derivatives are asked for: by the chosen unknowns, and by what each lane has of its own."""
-    return np.concatenate([np.flatnonzero((chosen >= 0).any(0)), COLUMNS + np.arange(OWN)])
+    return np.concatenate([np.flatnonzero((chosen >= 0).any(0)), chosen.shape[1] + np.arange(OWN)])
+
+
+def _joined(parts: Sequence[Columns]) -> Columns:
+    """The derivatives by the unknowns of all parts, and by what each lane has of its own."""
+    first, *others = parts
+    if not others:
+        return first
+    unknowns = [part.plain[:, :, :COLUMNS] for part in parts]
+    return dataclasses.replace(first, plain=np.concatenate([*unknowns, first.plain[:, :, COLUMNS:]], axis=2))
 
 
 def _whole(packs: Sequence[Sequence[np.ndarray]]) -> np.ndarray:

@@ -121,10 +121,10 @@ def _ended(search: Search) -> Refit:
 def _evaluate(
     model: Model, bench: Bench, searches: Sequence[Search], points: Sequence[Point], *, first: bool
 ) -> None:
-    """Lets every search see its point; searches with the same effects share their packs."""
-    together: dict[tuple[str, ...], list[int]] = {}
-    for number, point in enumerate(points):
-        together.setdefault(point.attached, []).append(number)
+    """Lets every search see its point; those with the same effects, and as many derivatives, share packs."""
+    together: dict[tuple[tuple[str, ...], int], list[int]] = {}
+    for number, (search, point) in enumerate(zip(searches, points, strict=True)):
+        together.setdefault((point.attached, search.chosen.shape[1]), []).append(number)
     count = len(bench.lanes)
     jobs = [
         Job(
@@ -136,7 +136,7 @@ def _evaluate(
             np.concatenate([searches[n].chosen for n in numbers]),
             bench.whitener,
         )
-        for keys, numbers in together.items()
+        for (keys, _), numbers in together.items()
     ]
     seen = {
         number: columns.part(slice(place * count, (place + 1) * count))

@@ -14,7 +14,6 @@ from fitting.diagnosis.cost import whole_cost
 from fitting.diagnosis.equations import fall, normal
 from fitting.diagnosis.jobs import job
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.search import ENOUGH
 from fitting.diagnosis.wander import FAR_OFF, OWN, START
@@ -205,4 +204,4 @@ def all_settled(model: Model, bench: Bench, points: Sequence[Point]) -> list[Poi
 def _own_terms(model: Model, bench: Bench, point: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     (columns,) = model.columns([job(model, bench, point)])
     gradient, curvature = normal(columns)
-    return gradient[:, COLUMNS:], curvature[:, COLUMNS:, COLUMNS:], whole_cost(columns)
+    return gradient[:, -OWN:], curvature[:, -OWN:, -OWN:], whole_cost(columns)

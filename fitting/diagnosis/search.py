@@ -14,7 +14,6 @@ from fitting.diagnosis.equations import fall, normal
 from fitting.diagnosis.jobs import chosen_columns
 from fitting.diagnosis.layout import Layout, Prior
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.wander import OWN, START, likeliest
 from fitting.newton import Robust, bounded_step
 
@@ -79,8 +78,8 @@ class Search:
         own, widths = self.point.own, self.point.widths
         found = likeliest(
             own,
-            self.gradient[:, COLUMNS:],
-            self.curvature[:, COLUMNS:, COLUMNS:],
+            self.gradient[:, -OWN:],
+            self.curvature[:, -OWN:, -OWN:],
             widths,
             self.data / self.dof,
         )
@@ -89,7 +88,7 @@ class Search:
             return False
         change = found.widths**-2.0 - widths**-2.0
         wandered = own[:, START:]
-        places = COLUMNS + np.arange(START, OWN)
+        places = np.arange(START - OWN, 0)
         self.gradient[:, places] += change * wandered
         self.curvature[:, places, places] += change
         dearer = (change * wandered**2).sum(1)
@@ -129,11 +128,11 @@ class Search:
     def _without_own(self, damping: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Gradient and curvature of the unknowns, what lanes have of their own eliminated lane by lane, and
         how that answers to the gradient of a lane and to its unknowns (lanes, own, 1 + unknowns)."""
-        own = self.curvature[:, COLUMNS:, COLUMNS:]
+        own = self.curvature[:, -OWN:, -OWN:]
         own = own * (1 + damping * np.eye(OWN))
         used = 1 + len(self.free)
-        coupling = self.curvature[:, COLUMNS:, :used]
-        solved = np.linalg.solve(own, np.concatenate([self.gradient[:, COLUMNS:, None], coupling], axis=2))
+        coupling = self.curvature[:, -OWN:, :used]
+        solved = np.linalg.solve(own, np.concatenate([self.gradient[:, -OWN:, None], coupling], axis=2))
         gradient = self.gradient[:, :used] - np.einsum("lsc,ls->lc", coupling, solved[:, :, 0])
         curvature = self.curvature[:, :used, :used] - np.einsum("lsc,lsd->lcd", coupling, solved[:, :, 1:])
         weights = self.weights
@@ -164,5 +163,5 @@ class Search:
 
     def _fall(self, change: np.ndarray) -> np.ndarray:
         """By how much the linearised cost of every lane falls for a change of its unknowns, its own last."""
-        used = np.r_[: 1 + len(self.free), COLUMNS : COLUMNS + OWN]
+        used = np.r_[: 1 + len(self.free), -OWN:0]
         return fall(self.gradient[:, used], self.curvature[:, used[:, None], used], change)

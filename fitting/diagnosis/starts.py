@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.jobs import within_columns
 from fitting.diagnosis.layout import Layout, with_strengths
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit
@@ -61,7 +60,7 @@ def start(model: Model, base: Refit, promise: Promise, point: Point) -> Start:
     """A start of a promise on top of the effects that the base has, at a point of the base's lanes."""
     keys = *model.free_effects(base.free), promise.key
     point = dataclasses.replace(point, keys=model.sharing.fitted(keys))
-    return Start(promise, keys, point, within_columns(model, base.free, model.of(promise.key)))
+    return Start(promise, keys, point, np.concatenate([base.free, model.of(promise.key)]))
 
 
 def starts_of(

@@ -11,7 +11,6 @@ from fitting.correction import correction_of
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.chain import other_way_round
 from fitting.diagnosis.explanation import Explanation
-from fitting.diagnosis.jobs import within_columns
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import refit
 from fitting.diagnosis.screen import Promise
@@ -50,7 +49,7 @@ def fitted(effects: dict[str, AbstractEffect]) -> tuple[Problem, Model, Bench, E
         coordinates[number] = unknown.to_coordinate(value)
     by_run = coordinates[model.by_run][None]
     point = dataclasses.replace(nominal.point, keys=keys, coordinates=coordinates, by_run=by_run)
-    free = within_columns(model, model.nuisances(), np.concatenate([model.of(key) for key in keys]))
+    free = np.concatenate([model.nuisances(), *(model.of(key) for key in keys)])
     (found,) = refit(model, base.bench, [point], [free])
     return problem, model, base.bench, Explanation(keys, PROMISE, found)
 

@@ -12,7 +12,6 @@ from fitting.diagnosis import contained
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.contained import none_above
 from fitting.diagnosis.explanation import Explanation
-from fitting.diagnosis.jobs import within_columns
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
 from tests.fitting.diagnosis.grounded import fitted_from_the_truth
@@ -33,7 +32,7 @@ def explained(nominal: tuple[Model, Bench, Refit], key: str, off: Any, lanes: sl
     own = fit.point.own.copy()
     own[lanes, : len(off)] += off
     point = dataclasses.replace(fit.point, own=own, keys=model.sharing.fitted((key,)))
-    free = within_columns(model, fit.free, model.of(key))
+    free = np.concatenate([fit.free, model.of(key)])
     (found,) = refit(model, bench, [point], [free], iterations=0, wander=False)
     promise: Any = None
     return Explanation((key,), promise, found)

@@ -14,13 +14,14 @@ from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.centring import centred
 from fitting.diagnosis.contest import contest
 from fitting.diagnosis.explanation import Explanation
-from fitting.diagnosis.jobs import within_columns
+from fitting.diagnosis.jobs import chosen_columns, job
 from fitting.diagnosis.layout import GAUGE, LEVELLED, Layout, owners, strengths_of, with_strengths
 from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
 from fitting.diagnosis.programs import COLUMNS
+from fitting.diagnosis.refit import refit
 from fitting.diagnosis.screen import screen
 from fitting.diagnosis.starts import Approach
-from fitting.diagnosis.wander import START
+from fitting.diagnosis.wander import OWN, START
 from fitting.diagnosis.words import of_every_run
 from fitting.progress import Silent
 from jaxstick.effects.mains_hum import MainsHum
@@ -104,17 +105,40 @@ def test_strengths_are_set_as_they_are_read(hummed: Hummed):
     assert not hummed.nominal.by_run[:, 1:].any()
 
 
-def test_shapes_of_effects_go_before_the_tolerance_of_the_rig(hummed: Hummed):
-    """Where there are more unknowns than columns; constants of friction are never given up."""
-    model = hummed.model
-    first, second = model.of("stiffness_error"), model.of("force_table_compliance")
-    fits = within_columns(model, model.nuisances(), first)
-    np.testing.assert_array_equal(fits, [*model.nuisances(), *first])
-    free = within_columns(model, fits, second)
-    assert len(free) == COLUMNS - 1 < len(fits) + len(second)
-    assert {*first, *second, *model.index(*model.constants)} <= {*free}
-    gone = {*fits, *second} - {*free}
-    assert gone == {*model.of_rig()[: len(gone)]}
+def test_more_unknowns_than_the_program_takes_at_once_have_the_derivatives_of_each(hummed: Hummed):
+    model, bench, point = hummed.model, hummed.bench, hummed.nominal
+    free = np.concatenate([model.nuisances(), model.of(HUM), model.of("force_gain")])
+    assert COLUMNS < 1 + len(free) < 2 * COLUMNS
+    (whole,) = model.columns([job(model, bench, point, chosen_columns(free, model.level, len(bench.lanes)))])
+    few = np.split(free, [4, 11])
+    parts = model.columns(
+        [job(model, bench, point, chosen_columns(own, model.level, len(bench.lanes))) for own in few]
+    )
+    each = [part.jacobian[:, :, 1 : 1 + len(own)] for part, own in zip(parts, few, strict=True)]
+    np.testing.assert_array_equal(whole.jacobian[:, :, 1 : 1 + len(free)], np.concatenate(each, axis=2))
+    for part in parts:
+        np.testing.assert_array_equal(whole.jacobian[:, :, 0], part.jacobian[:, :, 0])
+        np.testing.assert_array_equal(whole.jacobian[:, :, -OWN:], part.jacobian[:, :, -OWN:])
+        np.testing.assert_array_equal(whole.residual, part.residual)
+
+
+def test_the_rig_is_fitted_beside_effects_however_many_shapes_these_have(hummed: Hummed):
+    """A model that lacked them had bent it."""
+    model, bench, found = hummed.model, hummed.bench, hummed.found.refit
+    free = np.concatenate([model.nuisances(), model.of(HUM), model.of("force_offset")])
+    assert 1 + len(free) > COLUMNS
+    bent = found.point.coordinates.copy()
+    bent[model.index("rig.stiffness")] += math.log(1.006)
+    keys = model.sharing.together((HUM, "force_offset"))
+    point = dataclasses.replace(found.point, keys=keys, coordinates=bent)
+    held, fitted = refit(model, bench, [point, point], [free[~np.isin(free, model.of_rig())], free])
+    assert held.misfit > 1.1 * found.misfit
+    assert fitted.misfit < 1.01 * found.misfit
+    ((error,), (known,)) = (
+        one.point.coordinates[model.index("rig.stiffness")] - model.origin({})[model.index("rig.stiffness")]
+        for one in (fitted, found)
+    )
+    assert abs(error - known) < 0.001
 
 
 def test_normal_equations_are_those_of_the_whole_problem(hummed: Hummed):

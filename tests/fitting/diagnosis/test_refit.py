@@ -12,9 +12,9 @@ from fitting.diagnosis import search as searching
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.jobs import job
 from fitting.diagnosis.model import Model
-from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.search import ENOUGH, ENOUGH_OF_SCATTER, LEAST_DAMPED, Search
+from fitting.diagnosis.wander import OWN
 from jaxstick.effects.slip_weakening import SlipWeakening
 from tests.fitting.diagnosis.grounded import fitted_from_the_truth, from_the_truth, laid_out, noisy_runs
 from tests.fitting.reference_data import TRUTH, dataset
@@ -95,7 +95,7 @@ def test_a_lane_whose_start_is_not_told_apart_spoils_no_refit(fitted, monkeypatc
 
     def degenerate(columns):
         gradient, curvature = plain(columns)
-        curvature[3, COLUMNS:, COLUMNS:] = 1e12
+        curvature[3, -OWN:, -OWN:] = 1e12
         return gradient, curvature
 
     monkeypatch.setattr(searching, "normal", degenerate)
