@@ -21,9 +21,12 @@ ENOUGH, ENOUGH_OF_SCATTER = 2e-4, 1e-3
 """A search is over when a step has gained, or promises to gain, less than this share of the cost. Where
 residuals are weighed by what does not repeat itself, a lane is worth few independent pieces of evidence, and
 five times as much tells nothing."""
-DAMPED, LEAST_DAMPED, STUCK = 1e-3, 1e-4, 1e7
+DAMPED, LEAST_DAMPED, STUCK = 1e-3, 1e-4, 1e4
 """The damping that a search begins with, what it does not fall below, for steps hardly differ there, and one
 that is refused would be tried over and over, and where a search is given up."""
+HEAVY = 1.0
+"""Steps that are damped by more gain little because they are short, and end no search: behind a bend in the
+cost, where lanes come to an event or lose one, longer ones often gain again."""
 EASED, GROWS = 0.1, 10.0
 """By what factor a step that is taken changes the damping, and one that is refused."""
 
@@ -71,7 +74,7 @@ class Search:
         if not first:
             self.damping = max(EASED * self.damping, LEAST_DAMPED)
             self.taken += 1
-            self.over = gain < self.enough * total and not moved
+            self.over = gain < self.enough * total and not moved and self.damping <= HEAVY
 
     def _let_wander(self) -> bool:
         """Sets the widths to the likeliest ones at this point, and says whether they changed."""
@@ -120,7 +123,7 @@ class Search:
         answer = -solved[:, :, 0] - np.einsum("lsc,lc->ls", solved[:, :, 1:], mine)
         promised = self.weights @ self._fall(np.concatenate([mine, answer], axis=1))
         promised -= step @ (2 * prior_gradient + prior @ step)
-        self.over = bool(promised < self.enough * self.cost)
+        self.over = bool(promised < self.enough * self.cost) and self.damping <= HEAVY
         own = self.point.own + answer
         point = dataclasses.replace(self.layout.moved(self.model, self.point, reached), own=own)
         return centred(self.model, self.bench, point) if self.centres else point
