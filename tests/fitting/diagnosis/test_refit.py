@@ -10,10 +10,10 @@ import pytest
 
 from fitting.diagnosis import search as searching
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.jobs import job
+from fitting.diagnosis.jobs import chosen_columns, job
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
-from fitting.diagnosis.search import ENOUGH, ENOUGH_OF_SCATTER, LEAST_DAMPED, Search
+from fitting.diagnosis.search import ENOUGH, ENOUGH_OF_SCATTER, LEAST_DAMPED, STUCK, Search
 from fitting.diagnosis.wander import OWN
 from jaxstick.effects.slip_weakening import SlipWeakening
 from tests.fitting.diagnosis.grounded import fitted_from_the_truth, from_the_truth, laid_out, noisy_runs
@@ -86,6 +86,29 @@ def test_damping_grows_with_every_step_that_is_refused_and_does_not_vanish(fitte
     assert dampings([1.0, 1.1, 1.1, 1.1, 0.9, 1.0]) == pytest.approx([1e-2, 1e-1, 1.0, 0.1, 1.0])
     taken = dampings(np.geomspace(1.0, 0.1, 8).tolist())
     assert taken[0] == pytest.approx(LEAST_DAMPED) and min(taken) == LEAST_DAMPED
+
+
+def test_steps_that_are_short_end_no_search_until_it_is_stuck(fitted):
+    """A step that is taken, or promised, and gains next to nothing ends it only where damping is light."""
+    model, bench, fit = fitted
+    (fit,) = refit(model, bench, [fit.point], [fit.free], wander=False)
+    (seen,) = model.columns(
+        [job(model, bench, fit.point, chosen_columns(fit.free, model.level, len(bench.lanes)))]
+    )
+    search = Search(model, bench, fit.point, fit.free, False)
+    search.see(fit.point, seen, first=True)
+    lower = dataclasses.replace(seen, residual=(1 - 1e-6) * seen.residual)
+    for damping, over in ((LEAST_DAMPED, True), (1e2, False)):
+        search.damping = damping
+        search.step()
+        assert search.over == over
+        search.damping, taken = damping, search.taken
+        search.see(fit.point, lower, first=False)
+        assert search.taken == taken + 1 and search.over == over
+        lower = dataclasses.replace(lower, residual=(1 - 1e-6) * lower.residual)
+    search.damping = 0.5 * STUCK
+    search.see(fit.point, dataclasses.replace(seen, residual=2 * seen.residual), first=False)
+    assert search.over
 
 
 def test_a_lane_whose_start_is_not_told_apart_spoils_no_refit(fitted, monkeypatch):
