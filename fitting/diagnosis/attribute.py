@@ -177,7 +177,7 @@ def _again(
     that end above the nominal model, which they contain, with that one's lanes and constants lent to them."""
     fits = refit(model, bench, [fit.point for fit in begun], [fit.free for fit in begun])
     nominal, *others = model.side_by_side(lambda fit: released(model, bench, fit), fits)
-    best = [dataclasses.replace(e, refit=fit) for e, fit in zip(found.leading, others, strict=True)]
+    best = [e.fitted(fit) for e, fit in zip(found.leading, others, strict=True)]
     return nominal, lent(model, bench, nominal, best)
 
 

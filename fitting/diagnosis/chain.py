@@ -26,7 +26,7 @@ def other_way_round(
         return []
     points = [_turned(e) for e in chains]
     fits = refit(model, bench, points, [e.refit.free for e in chains], hopeless=1.0)
-    tried = [dataclasses.replace(e, refit=fit) for e, fit in zip(chains, fits, strict=True)]
+    tried = [e.fitted(fit) for e, fit in zip(chains, fits, strict=True)]
     better = [new for new, old in zip(tried, chains, strict=True) if new.refit.misfit < old.refit.misfit]
     return freed(model, bench, better) if better else []
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 
 from fitting.diagnosis.bench import Bench
@@ -21,7 +20,7 @@ def lent(model: Model, bench: Bench, base: Refit, found: Sequence[Explanation]) 
     and constants lent to them."""
 
     def one(e: Explanation) -> Explanation:
-        return dataclasses.replace(e, refit=borrowed(model, bench, e.refit, base))
+        return e.fitted(borrowed(model, bench, e.refit, base))
 
     return model.side_by_side(one, found)
 
@@ -33,7 +32,7 @@ def none_above(model: Model, bench: Bench, nominal: Refit, found: Sequence[Expla
         return list(found)
 
     def free(e: Explanation) -> Explanation:
-        return dataclasses.replace(e, refit=released(model, bench, e.refit))
+        return e.fitted(released(model, bench, e.refit))
 
     above = [e for e in found if e.refit.misfit > nominal.misfit]
     rest = [e for e in found if e.refit.misfit <= nominal.misfit]

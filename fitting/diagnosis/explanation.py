@@ -19,6 +19,10 @@ class Explanation:
     promise: Promise
     refit: Refit
 
+    def fitted(self, refit: Refit) -> Explanation:
+        """The same effects, fitted otherwise."""
+        return dataclasses.replace(self, refit=refit)
+
 
 def best_of(explanations: Sequence[Explanation]) -> list[Explanation]:
     """Of explanations by the same effects the one with the lowest misfit; the best first."""
@@ -33,4 +37,4 @@ def best_of(explanations: Sequence[Explanation]) -> list[Explanation]:
 def fitted_again(model: Model, bench: Bench, explanations: Sequence[Explanation]) -> list[Explanation]:
     """Explanations fitted to a bench from where they stand, in the same order."""
     fits = refit(model, bench, [e.refit.point for e in explanations], [e.refit.free for e in explanations])
-    return [dataclasses.replace(e, refit=fit) for e, fit in zip(explanations, fits, strict=True)]
+    return [e.fitted(fit) for e, fit in zip(explanations, fits, strict=True)]

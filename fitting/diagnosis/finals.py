@@ -52,7 +52,7 @@ def final(
     )
     lost = fits[len(best) :]
     fits[len(best) :] = model.side_by_side(lambda fit: released(model, bench, fit, wander=wander), lost)
-    return best_of([dataclasses.replace(e, refit=fit) for e, fit in zip(chosen, fits, strict=True)])
+    return best_of([e.fitted(fit) for e, fit in zip(chosen, fits, strict=True)])
 
 
 def hidden_by_lost_lanes(

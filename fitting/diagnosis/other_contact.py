@@ -60,7 +60,7 @@ def _worth(without: float, best: float) -> float:
 
 def _moved(found: Explanation, model: Model, other: Model) -> Explanation:
     """An explanation where it would begin under another contact; its misfit is still that under the first."""
-    return dataclasses.replace(found, refit=carried(found.refit, model, other))
+    return found.fitted(carried(found.refit, model, other))
 
 
 def in_place_of_one_of_two(

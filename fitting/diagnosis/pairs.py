@@ -105,7 +105,7 @@ def with_still_friction(
     still, alone = refit(model, bench, begins, [nominal.free, leader.refit.free], wander=False)
     promises = screen(model, bench, still, shapes=shapes).ranked[:FINALISTS]
     found = contest(model, bench, still, promises, FINALISTS, progress, wander=False)
-    found = best_of([*found, dataclasses.replace(leader, refit=alone)])
+    found = best_of([*found, leader.fitted(alone)])
     best = found[0].refit
     if wanders(leader.refit) and hints(still.misfit, best.misfit):
         seconds = screen(model, bench, best, shapes=shapes).ranked[:SECONDS]

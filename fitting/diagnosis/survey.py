@@ -162,7 +162,7 @@ def second_look(
     tried = contest(model, bench, bare, promises, OVERLOOKED, progress, FROM_NEARBY)
 
     def looked_after(e: Explanation) -> Explanation:
-        return dataclasses.replace(e, refit=released(model, bench, e.refit)) if {*e.keys} & {*mates} else e
+        return e.fitted(released(model, bench, e.refit)) if {*e.keys} & {*mates} else e
 
     return model.side_by_side(looked_after, tried)
 
@@ -185,7 +185,7 @@ def freed(
         found = sorted(found, key=typical)
         within = reach * typical(found[0])
         near = [e for e in found[:leading] if typical(e) < within]
-        better = model.side_by_side(lambda e: dataclasses.replace(e, refit=again(e)), near)
+        better = model.side_by_side(lambda e: e.fitted(again(e)), near)
         return [*better, *found[len(near) :]]
 
     found = sifted(explanations, REACH, lambda e: released(model, bench, e.refit))
