@@ -80,7 +80,7 @@ def test_what_is_known_from_the_same_lanes_is_not_lost(enlarged, monkeypatch):
         for known in ((), [Explanation((MATE,), promise, right)])
     )
     assert lost.least == pytest.approx(nominal.misfit, rel=0.05) and not lost.suffices
-    assert kept.least == pytest.approx(right.misfit, rel=0.05) and kept.suffices
+    assert kept.least < 1.05 * right.misfit and kept.suffices
 
 
 @pytest.mark.parametrize(("share", "all_of_them"), [(0.97, True), (0.6, True), (0.45, False)])
