@@ -21,9 +21,11 @@ def job(model: Model, bench: Bench, point: Point, chosen: np.ndarray | None = No
 
 
 def chosen_columns(free: np.ndarray, level: int, lanes: int) -> np.ndarray:
-    """What the program differentiates by, as often as it takes: the level of friction first, then the free
-    unknowns."""
-    row = np.full(-(-(1 + len(free)) // COLUMNS) * COLUMNS, -1)
-    row[0] = level
-    row[1 : 1 + len(free)] = free
-    return np.tile(row, (lanes, 1))
+    """What the program differentiates by: the level of friction first, then the free unknowns."""
+    return whole_columns(np.r_[level, free], lanes)
+
+
+def whole_columns(numbers: np.ndarray, lanes: int) -> np.ndarray:
+    """Unknowns to differentiate every lane by, with room up to what the program takes at once, or some times
+    as much."""
+    return np.tile(np.pad(numbers, (0, -len(numbers) % COLUMNS), constant_values=-1), (lanes, 1))

@@ -13,10 +13,9 @@ import numpy as np
 
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.equations import Projection
-from fitting.diagnosis.jobs import chosen_columns, job
+from fitting.diagnosis.jobs import chosen_columns, job, whole_columns
 from fitting.diagnosis.layout import Layout, owners
 from fitting.diagnosis.model import Job, Model
-from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.refit import Refit
 from fitting.diagnosis.wander import allowed
 
@@ -61,15 +60,12 @@ def templates_of(
     asked: list[np.ndarray] = []
     for group in groups:
         wanted = np.concatenate([model.index(*model.shelf.strengths[key]) for key in group])
-        for first in range(0, len(wanted), COLUMNS):
-            few = wanted[first : first + COLUMNS]
-            chosen = np.pad(few, (0, COLUMNS - len(few)), constant_values=-1)
-            each = np.repeat(points, count, axis=0)
-            each[:, model.by_run] = at.point.by_run[np.tile(bench.run, len(points))]
-            attached = at.point.arranged(model.sharing.seen(group, at.point.keys))
-            own, chosen = at.point.own[every], np.tile(chosen, (len(every), 1))
-            jobs.append(Job(attached, bench.lanes, deviation[every], each, own, chosen, bench.whitener))
-            asked.append(few)
+        each = np.repeat(points, count, axis=0)
+        each[:, model.by_run] = at.point.by_run[np.tile(bench.run, len(points))]
+        attached = at.point.arranged(model.sharing.seen(group, at.point.keys))
+        own, chosen = at.point.own[every], whole_columns(wanted, len(every))
+        jobs.append(Job(attached, bench.lanes, deviation[every], each, own, chosen, bench.whitener))
+        asked.append(wanted)
     base, *others = model.columns(jobs)
     project = Projection(base)
     root = np.sqrt(at.weights)[:, None, None]
@@ -84,8 +80,8 @@ def templates_of(
         own = slice(number * count, (number + 1) * count)
         columns = [
             column
-            for other, few in zip(others, asked, strict=True)
-            for column in _run_by_run(model, bench, few, bounded(model, few, other.jacobian[own]))
+            for other, wanted in zip(others, asked, strict=True)
+            for column in _run_by_run(model, bench, wanted, bounded(model, wanted, other.jacobian[own]))
         ]
         templates.append(seen(np.concatenate(columns, axis=2)))
     return common, templates
