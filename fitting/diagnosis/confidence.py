@@ -10,7 +10,7 @@ from scipy.stats import t as student
 from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.between_runs import deviation_of_runs, uncertainty_of_mean
 from fitting.diagnosis.equations import Projection
-from fitting.diagnosis.jobs import chosen_columns, job
+from fitting.diagnosis.jobs import job
 from fitting.diagnosis.layout import LEVELLED, Layout
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit
@@ -92,9 +92,7 @@ class Scores(NamedTuple):
 
 def scores(model: Model, bench: Bench, point: Point, free: np.ndarray) -> Scores:
     """The scores of a bench's lanes at a point."""
-    (columns,) = model.columns(
-        [job(model, bench, point, chosen_columns(free, model.level, len(bench.lanes)))]
-    )
+    (columns,) = model.columns([job(model, bench, point, free)])
     wanted = [columns.jacobian[:, :, : 1 + len(free)], columns.residual[:, :, None]]
     own = Projection(columns)(np.concatenate(wanted, axis=2))
     products = own.transpose(0, 2, 1) @ own

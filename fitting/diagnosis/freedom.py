@@ -10,10 +10,10 @@ from jaxstick.effect import AbstractEffect
 from jaxstick.parameter import Place, find, parameters
 
 STRENGTH_FREEDOM = 10.0
-"""Standard deviation of a strength, in typical sizes, where it may go as far as its span;"""
-NEARLY_ALL, DOUBT = 0.9, 0.1
-"""both at least these shares of what the rig has of the same kind: friction, by which sizes go, may be
-small."""
+"""Standard deviation of a strength, in typical sizes, where it may go as far as its span either way;"""
+NEARLY_ALL, MANY, DOUBT = 0.9, 10.0, 0.1
+"""all three at least these shares of what the rig has of the same kind: friction, by which sizes go, may be
+small. Nearly all of it may be missing, and what has been forgotten may be many times as much."""
 SHAPE_FREEDOM = 1.5
 RIG_TOLERANCE = {
     "mass": (0.01, 0.025),
@@ -74,9 +74,9 @@ def effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Pro
     if kind.null is not None:
         scale = (kind.typical or 1.0) * natural
         whole = _of_the_rig(kind.unit, problem)
-        reach = max(kind.span[1] * scale, NEARLY_ALL * whole)
+        less, more = (max(kind.span[1] * scale, share * whole) for share in (NEARLY_ALL, MANY))
         freedom = max(STRENGTH_FREEDOM * scale, DOUBT * whole)
-        lower, upper = max(kind.lower, -reach), min(kind.upper, reach)
+        lower, upper = max(kind.lower, -less), min(kind.upper, more)
         return Unknown(name, kind.unit, lower, upper, "linear", scale, 0.0, freedom)
     typical = kind.typical * natural if kind.typical else float(place.of(effect))
     less, more = kind.span

@@ -10,10 +10,11 @@ from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.wander import allowed
 
 
-def job(model: Model, bench: Bench, point: Point, chosen: np.ndarray | None = None) -> Job:
-    """The linearisation of a bench at a point, by what each lane has of its own and the chosen unknowns."""
-    if chosen is None:
-        chosen = np.full((len(bench.lanes), COLUMNS), -1)
+def job(model: Model, bench: Bench, point: Point, free: np.ndarray | None = None) -> Job:
+    """The linearisation of a bench at a point by what each lane has of its own and, where free unknowns are
+    given, by the level of friction and by these."""
+    lanes = len(bench.lanes)
+    chosen = np.full((lanes, COLUMNS), -1) if free is None else chosen_columns(free, model.level, lanes)
     deviation = allowed(bench.lanes, point.widths)
     return Job(
         point.attached, bench.lanes, deviation, point.each(model, bench), point.own, chosen, bench.whitener

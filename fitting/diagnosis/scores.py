@@ -13,7 +13,7 @@ import numpy as np
 
 from fitting.diagnosis.bench import Bench
 from fitting.diagnosis.equations import Projection
-from fitting.diagnosis.jobs import chosen_columns, job, whole_columns
+from fitting.diagnosis.jobs import job, whole_columns
 from fitting.diagnosis.layout import Layout, owners
 from fitting.diagnosis.model import Job, Model
 from fitting.diagnosis.refit import Refit
@@ -56,7 +56,7 @@ def templates_of(
     all strengths."""
     count, deviation = len(bench.lanes), allowed(bench.lanes, at.point.widths)
     every = np.tile(np.arange(count), len(points))
-    jobs = [job(model, bench, at.point, chosen_columns(at.free, model.level, count))]
+    jobs = [job(model, bench, at.point, at.free)]
     asked: list[np.ndarray] = []
     for group in groups:
         wanted = np.concatenate([model.index(*model.shelf.strengths[key]) for key in group])

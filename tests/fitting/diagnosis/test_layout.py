@@ -14,7 +14,7 @@ from fitting.diagnosis.bench import Bench, Point
 from fitting.diagnosis.centring import centred
 from fitting.diagnosis.contest import contest
 from fitting.diagnosis.explanation import Explanation
-from fitting.diagnosis.jobs import chosen_columns, job
+from fitting.diagnosis.jobs import job
 from fitting.diagnosis.layout import GAUGE, LEVELLED, Layout, owners, strengths_of, with_strengths
 from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
 from fitting.diagnosis.programs import COLUMNS
@@ -109,11 +109,9 @@ def test_more_unknowns_than_the_program_takes_at_once_have_the_derivatives_of_ea
     model, bench, point = hummed.model, hummed.bench, hummed.nominal
     free = np.concatenate([model.nuisances(), model.of(HUM), model.of("force_gain")])
     assert COLUMNS < 1 + len(free) < 2 * COLUMNS
-    (whole,) = model.columns([job(model, bench, point, chosen_columns(free, model.level, len(bench.lanes)))])
+    (whole,) = model.columns([job(model, bench, point, free)])
     few = np.split(free, [4, 11])
-    parts = model.columns(
-        [job(model, bench, point, chosen_columns(own, model.level, len(bench.lanes))) for own in few]
-    )
+    parts = model.columns([job(model, bench, point, own) for own in few])
     each = [part.jacobian[:, :, 1 : 1 + len(own)] for part, own in zip(parts, few, strict=True)]
     np.testing.assert_array_equal(whole.jacobian[:, :, 1 : 1 + len(free)], np.concatenate(each, axis=2))
     for part in parts:

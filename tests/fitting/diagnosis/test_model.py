@@ -17,8 +17,9 @@ from fitting.diagnosis.programs import COLUMNS
 from fitting.diagnosis.wander import OWN
 from jaxstick.parts.bend import SPAN
 from jaxstick.parts.drive import SineDrive
+from jaxstick.record import AssumedConstants
 from tests.fitting.diagnosis.grounded import laid_out
-from tests.fitting.reference_data import TRUTH, dataset, own_run
+from tests.fitting.reference_data import RIG, TRUTH, dataset, own_run
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +87,23 @@ def test_a_strength_goes_as_far_as_its_span(laid):
     rate, offset = model.index("force_drift.rate", "force_offset.offset")
     np.testing.assert_allclose(model.upper[[rate, offset]], [1e3, 50])
     np.testing.assert_allclose(model.lower[[rate, offset]], [-1e3, -50])
+
+
+def test_what_was_forgotten_may_be_many_times_what_is_stated():
+    """On a rig of little friction too; what is there cannot all be missing."""
+    sliding = {name: TRUTH[name] / 50 for name in ("A", "C", "D")}
+    constants = AssumedConstants(**{**TRUTH, **sliding})
+    run = own_run(SineDrive(1.5, 10.325e-3), constants=constants, samples=600)
+    model, _ = laid_out(dataset(run, assumed=constants))
+    for name, stated in (
+        ("base_relative_damping.damping", RIG.damping),
+        ("stiffness_error.mass", RIG.mass),
+        ("stiffness_error.stiffness", RIG.stiffness),
+    ):
+        (number,) = model.index(name)
+        member = model.members[number]
+        assert member.lower > -stated and member.upper > 8 * stated
+        assert member.to_value(model.upper[number]) == pytest.approx(member.upper)
 
 
 def test_one_core_has_no_time_for_that(laid, asked, monkeypatch):

@@ -10,7 +10,7 @@ import pytest
 
 from fitting.diagnosis import search as searching
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.jobs import chosen_columns, job
+from fitting.diagnosis.jobs import job
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.refit import Refit, refit
 from fitting.diagnosis.search import ENOUGH, ENOUGH_OF_SCATTER, LEAST_DAMPED, STUCK, Search
@@ -92,9 +92,7 @@ def test_steps_that_are_short_end_no_search_until_it_is_stuck(fitted):
     """A step that is taken, or promised, and gains next to nothing ends it only where damping is light."""
     model, bench, fit = fitted
     (fit,) = refit(model, bench, [fit.point], [fit.free], wander=False)
-    (seen,) = model.columns(
-        [job(model, bench, fit.point, chosen_columns(fit.free, model.level, len(bench.lanes)))]
-    )
+    (seen,) = model.columns([job(model, bench, fit.point, fit.free)])
     search = Search(model, bench, fit.point, fit.free, False)
     search.see(fit.point, seen, first=True)
     lower = dataclasses.replace(seen, residual=(1 - 1e-6) * seen.residual)
