@@ -89,6 +89,14 @@ def effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Pro
 
 
 def _of_the_rig(unit: str, problem: Problem) -> float:
-    """What the rig has of a quantity: nothing, but for mass, stiffness and damping."""
-    rig = problem.dataset.rig
-    return {"kg": rig.mass, "N/m": rig.stiffness, "N s/m": rig.damping}.get(unit, 0.0)
+    """What the rig has of a quantity, at its stroke and the speed there: something, where it is of mass,
+    stiffness or damping."""
+    rig, stroke, speed = problem.dataset.rig, problem.scale.displacement, problem.scale.speed
+    return {
+        "kg": rig.mass,
+        "N/m": rig.stiffness,
+        "N/m^2": rig.stiffness / stroke,
+        "N/m^3": rig.stiffness / stroke**2,
+        "N s/m": rig.damping,
+        "N s^2/m^2": rig.damping / speed,
+    }.get(unit, 0.0)
