@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.jobs import chosen_columns, job
+from fitting.diagnosis.jobs import job
 from fitting.diagnosis.laying import lay_whole
 from fitting.diagnosis.model import Model
 from fitting.diagnosis.programs import COLUMNS
@@ -72,5 +72,5 @@ def _linearisation(model: Model, bench: Bench, point: Point, keys: tuple[str, ..
     strengths = [model.index(*model.shelf.strengths[key]) for key in keys]
     free = np.concatenate([model.index(*model.constants), *strengths])
     at = dataclasses.replace(point, keys=keys)
-    asked = job(model, bench, at, chosen_columns(free[: COLUMNS - 1], model.level, len(bench.lanes)))
+    asked = job(model, bench, at, free[: COLUMNS - 1])
     return lambda: model.columns([asked])
