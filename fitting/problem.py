@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fitting.of_the_rig import room
 from fitting.opening import Scales, opening, scales
 from fitting.segments import LEAST_SAMPLES
 from fitting.settings import Settings
@@ -89,7 +90,7 @@ def pose(dataset: DataSet, settings: Settings) -> Problem:
     )
     members = [
         *_constants(scale, dataset.assumed),
-        *_of_effects(hypothesis, settings.effects, dataset.effects, scale, period),
+        *_of_effects(hypothesis, settings.effects, dataset, scale, period),
     ]
     members += [_freed(hypothesis, dataset.rig, name) for name in settings.free]
     return Problem(dataset, signals, chosen, scale, first, hypothesis, Unknowns(tuple(members)), period)
@@ -163,19 +164,20 @@ def natural_size(unit: str, scale: Scales, period: float) -> float:
 
 
 def _of_effects(
-    hypothesis: Hypothesis, keys: Sequence[str], stated: Effects, scale: Scales, period: float
+    hypothesis: Hypothesis, keys: Sequence[str], dataset: DataSet, scale: Scales, period: float
 ) -> list[Unknown]:
-    """The parameters of the effects that are free, bounded by what their units amount to on this rig, and
-    wide enough for what is stated; shapes, which have no null, are searched as logarithms around their
-    typical size where they have one sign."""
-    found = []
+    """The parameters of the effects that are free, bounded by what their units amount to on this rig and what
+    it has of their kind, and wide enough for what is stated; shapes, which have no null, are searched as
+    logarithms around their typical size where they have one sign."""
+    found, stated = [], dataset.effects
     for key in dict.fromkeys(keys):
         for place in parameters(hypothesis.effects[key]):
             kind, own = place.parameter, place.path[-1]
             name, natural = f"{key}.{own}", natural_size(kind.unit, scale, period)
             if kind.null is not None or (kind.typical and kind.signed):
                 reach = max(3 * natural, 2 * abs(stated.get(key, {}).get(own, 0.0)))
-                lower, upper = max(kind.lower, -reach), min(kind.upper, reach)
+                less, more = (max(reach, most) for most in room(kind.unit, dataset.rig, scale))
+                lower, upper = max(kind.lower, -less), min(kind.upper, more)
                 found.append(Unknown(name, kind.unit, lower, upper, "linear", natural))
             elif kind.typical:
                 typical = kind.typical * natural

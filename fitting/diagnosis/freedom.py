@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from fitting.of_the_rig import of_the_rig, room
 from fitting.problem import Problem, natural_size
 from fitting.unknowns import RIG, Unknown
 from jaxstick.effect import AbstractEffect
 from jaxstick.parameter import Place, find, parameters
 
 STRENGTH_FREEDOM = 10.0
-"""Standard deviation of a strength, in typical sizes, where it may go as far as its span either way;"""
-NEARLY_ALL, MANY, DOUBT = 0.9, 10.0, 0.1
-"""all three at least these shares of what the rig has of the same kind: friction, by which sizes go, may be
-small. Nearly all of it may be missing, and what has been forgotten may be many times as much."""
+"""Standard deviation of a strength, in typical sizes;"""
+DOUBT = 0.1
+"""at least this share of what the rig has of the same kind."""
 SHAPE_FREEDOM = 1.5
 RIG_TOLERANCE = {
     "mass": (0.01, 0.025),
@@ -73,9 +73,9 @@ def effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Pro
     natural = natural_size(kind.unit, problem.scale, problem.period)
     if kind.null is not None:
         scale = (kind.typical or 1.0) * natural
-        whole = _of_the_rig(kind.unit, problem)
-        less, more = (max(kind.span[1] * scale, share * whole) for share in (NEARLY_ALL, MANY))
-        freedom = max(STRENGTH_FREEDOM * scale, DOUBT * whole)
+        of_rig = kind.unit, problem.dataset.rig, problem.scale
+        less, more = (max(kind.span[1] * scale, most) for most in room(*of_rig))
+        freedom = max(STRENGTH_FREEDOM * scale, DOUBT * of_the_rig(*of_rig))
         lower, upper = max(kind.lower, -less), min(kind.upper, more)
         return Unknown(name, kind.unit, lower, upper, "linear", scale, 0.0, freedom)
     typical = kind.typical * natural if kind.typical else float(place.of(effect))
@@ -86,17 +86,3 @@ def effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Pro
     lower, upper = max(kind.lower, typical / less), min(kind.upper, typical * more)
     centre = float(np.clip(typical, lower, upper))
     return Unknown(name, kind.unit, lower, upper, "log", 1.0, centre, SHAPE_FREEDOM * centre)
-
-
-def _of_the_rig(unit: str, problem: Problem) -> float:
-    """What the rig has of a quantity, at its stroke and the speed there: something, where it is of mass,
-    stiffness or damping."""
-    rig, stroke, speed = problem.dataset.rig, problem.scale.displacement, problem.scale.speed
-    return {
-        "kg": rig.mass,
-        "N/m": rig.stiffness,
-        "N/m^2": rig.stiffness / stroke,
-        "N/m^3": rig.stiffness / stroke**2,
-        "N s/m": rig.damping,
-        "N s^2/m^2": rig.damping / speed,
-    }.get(unit, 0.0)

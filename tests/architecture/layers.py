@@ -105,6 +105,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "fitting.opening",
         "fitting.segments",
     ),
+    ("fitting.of_the_rig",),
     ("fitting.problem",),
     ("fitting.stage",),
     (

@@ -52,6 +52,24 @@ def test_a_shape_that_may_go_either_way_begins_at_nought_and_may_be_less():
     assert wavelength.kind == "log"
 
 
+def test_what_was_forgotten_may_be_many_times_what_a_rig_has_on_which_friction_is_small():
+    """A rig whose friction is a thousandth of what its springs bear."""
+    data = dataset(exact_run(0.326))
+    rig = dataclasses.replace(data.rig, stiffness=1e3 * data.rig.stiffness, damping=1e3 * data.rig.damping)
+    free = ("base_relative_damping", "cubic_stiffness", "quadratic_drag", "stiffness_error")
+    problem = pose(dataclasses.replace(data, rig=rig), Settings(effects=free))
+    stroke, speed = problem.scale.displacement, problem.scale.speed
+    has = {
+        "base_relative_damping.damping": rig.damping,
+        "cubic_stiffness.coefficient": rig.stiffness / stroke**2,
+        "quadratic_drag.coefficient": rig.damping / speed,
+        "stiffness_error.stiffness": rig.stiffness,
+    }
+    bounds = {unknown.name: (unknown.lower, unknown.upper) for unknown in problem.unknowns.members}
+    for name, amount in has.items():
+        assert bounds[name][1] == pytest.approx(10 * amount)
+
+
 @pytest.mark.parametrize("free", [("force_clipping", "force_delay"), ("force_delay", "force_clipping")])
 def test_faults_of_the_measuring_chain_follow_those_stated_in_the_order_in_which_they_are_named(free):
     data = dataclasses.replace(dataset(exact_run(0.326)), effects={"mains_hum": {}, "end_stop": {}})
