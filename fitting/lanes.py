@@ -41,10 +41,10 @@ class Lanes(eqx.Module):
     `rig_shift` holds what each lane's rig parameters differ by from the hypothesis; weights are reciprocal
     standard deviations of the channels, 0 where a sample does not count; `start` and `start_deviation` are
     the prior of displacement, velocity and contact force at the first sample; `rest` [s], `impulse` [N s],
-    `slid` and `recorded` [N] say for how long the contact has then held, what the friction force has by
-    then added up to, the sense in which the mass slid last (1, -1, 0: not known), and what the force channel
-    shows, smoothed over a few samples (not a number without that channel); `shown`, what it has shown before,
-    and `track`, where mass and base have been.
+    `impulse_sum` [N s^2], `slid` and `recorded` [N] say for how long the contact has then held, what the
+    friction force has by then added up to, and what that has, the sense in which the mass slid last (1, -1,
+    0: not known), and what the force channel shows, smoothed over a few samples (not a number without that
+    channel); `shown`, what it has shown before, and `track`, where mass and base have been.
     """
 
     rig_shift: Mapping[str, Lane]
@@ -59,6 +59,7 @@ class Lanes(eqx.Module):
     start_deviation: Starts
     rest: Lane
     impulse: Lane
+    impulse_sum: Lane
     slid: Lane
     recorded: Lane
     shown: Trace
@@ -121,7 +122,8 @@ def lane_motion(oscillator: Oscillator, lane: Lanes, start: Array, pace: Pace) -
     origin, interval = jnp.asarray(lane.start_time), jnp.asarray(lane.interval)
     samples = lane.displacement.shape[-1]
     grid = OpenGrid(origin, interval, jnp.asarray(pace.substeps), jnp.asarray(pace.reach), samples)
-    past = (jnp.asarray(past) for past in (lane.rest, lane.impulse, lane.slid, lane.recorded))
+    known = (lane.rest, lane.impulse, lane.impulse_sum, lane.slid, lane.recorded)
+    past = (jnp.asarray(each) for each in known)
     begin = Start(start[0], start[1], start[2], *past, shown=lane.shown, track=lane.track)
     return march(oscillator, begin, grid)
 

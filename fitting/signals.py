@@ -47,9 +47,9 @@ class Signals:
     `AHEAD` more samples after the last, where it is known to go on as before, else empty. `friction` is the
     recorded friction force or, without that channel, m x'' + c x' + K x - k_d y - c_d y' - u. `rest` is for
     how long the contact has held since the mass slid last [s], `impulse` the integral of the friction force
-    from the beginning of the run [N s], `slid` the sense in which the mass slid last (1, -1, or 0 where it
-    has not yet), `recorded` the recorded friction force smoothed over a few samples, not a number without
-    that channel.
+    from the beginning of the run [N s], `impulse_sum` the integral of that [N s^2], `slid` the sense in which
+    the mass slid last (1, -1, or 0 where it has not yet), `recorded` the recorded friction force smoothed
+    over a few samples, not a number without that channel.
     """
 
     run: Run
@@ -65,6 +65,7 @@ class Signals:
     friction_deviation: float
     rest: Samples
     impulse: Samples
+    impulse_sum: Samples
     slid: Samples
     recorded: Samples
 
@@ -100,6 +101,7 @@ def read_signals(run: Run, noise: Noise) -> Signals:
         recorded = np.full(len(velocity), math.nan)
         friction, friction_deviation = _balance(run, base, force, velocity, window, displacement_noise)
     last = _last_sliding(velocity, friction, 4 * velocity_deviation)
+    impulse = cumulative_trapezoid(friction, dx=dt, initial=0.0)
     return Signals(
         run,
         base,
@@ -113,7 +115,8 @@ def read_signals(run: Run, noise: Noise) -> Signals:
         velocity_deviation,
         friction_deviation,
         (np.arange(len(velocity)) - np.maximum(last, 0)) * dt,
-        cumulative_trapezoid(friction, dx=dt, initial=0.0),
+        impulse,
+        cumulative_trapezoid(impulse, dx=dt, initial=0.0),
         np.where(last < 0, 0.0, np.sign(velocity[last])),
         recorded,
     )

@@ -26,15 +26,17 @@ PROBE = 1e-7
 class Start(NamedTuple):
     """How a motion begins: displacement [m], velocity [m/s], friction force held by the contact [N], for how
     long that has held [s]; and, where it is picked up in the middle of a record, the integral
-    of the recorded friction force from the beginning of the run [N s], the sense in which the mass slid last
-    (1, -1, or 0 where it did not), the friction force as it is recorded there [N], not a number where it is
-    not, what that has shown before, and where mass and base have been, None where that was not recorded."""
+    of the recorded friction force from the beginning of the run [N s] and the integral of that [N s^2], the
+    sense in which the mass slid last (1, -1, or 0 where it did not), the friction force as it is recorded
+    there [N], not a number where it is not, what that has shown before, and where mass and base have been,
+    None where that was not recorded."""
 
     displacement: Scalar = 0.0
     velocity: Scalar = 0.0
     friction: Scalar = 0.0
     rest: Scalar = 0.0
     impulse: Scalar = 0.0
+    impulse_sum: Scalar = 0.0
     slid: Scalar = 0.0
     recorded: Scalar = math.nan
     shown: Trace | None = None
@@ -105,7 +107,7 @@ class Oscillator(eqx.Module):
         friction, contact = self.contact.initial(approach, traction)
         motion = motion._replace(track=None, a=(self.rig.force(rig, motion) + friction) / self.rig.inertia())
         rate = self._friction_rate(motion, self.rig.surface(excitation), rig, contact, traction)
-        past = Past(rate, start.impulse, start.recorded, start.shown)
+        past = Past(rate, start.impulse, start.impulse_sum, start.recorded, start.shown)
         instrument = self.instrument.initial(motion, friction, past)
         return State(start.displacement, start.velocity, friction, contact, rig, law, instrument)
 

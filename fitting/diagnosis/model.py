@@ -100,7 +100,7 @@ class Model:
     `constants` are those of friction; `common` what is free under every hypothesis: these, the rig within its
     tolerance, and what gives the contact its shape. The last coordinate is the logarithm of the level of
     friction in a run: it multiplies A, C and D of the lanes of that run. `by_run` are the numbers of what
-    every run has of its own: the level, and strengths that an effect has anew in every run.
+    every run has of its own: the level, and what an effect has anew in every run.
     """
 
     def __init__(self, problem: Problem, workers: int) -> None:
@@ -124,7 +124,7 @@ class Model:
                 name for name, kind in kinds.items() if kind.null is None and (kind.typical or kind.tries)
             )
             self.tries.update({name: kind.tries for name, kind in kinds.items() if kind.tries})
-            by_run += [name for name in strengths[key] if kinds[name].by_run]
+            by_run += [name for name in (*strengths[key], *shapes[key]) if kinds[name].by_run]
             unstated = {u.name: float(place.of(effect)) for u, place in zip(own, places, strict=True)}
             parts += [
                 u.name for u in own if u.name in shapes[key] and u.kind == "log" and unstated[u.name] == 0

@@ -313,11 +313,11 @@ def scattering(scatter: Scatter, silent: bool) -> list[str]:
 
 
 def of_every_run(model: Model, first: str, named: Sequence[str]) -> list[str]:
-    """What is to be known of strengths that every run has of its own; `first` is the run that is given."""
+    """What is to be known of what every run has of its own; `first` is the run that is given."""
     out = []
     for key in named:
-        strengths = model.shelf.strengths[key]
-        own = [name.partition(".")[2] for name in strengths if model.index(name)[0] in model.by_run]
+        names = model.shelf.names(key)
+        own = [name.partition(".")[2] for name in names if model.index(name)[0] in model.by_run]
         if own:
             out.append(
                 f"Every run has {' and '.join(own)} of {key} of its own: given is what {first} has, and in "

@@ -24,13 +24,14 @@ class Past(NamedTuple):
     """What is known, at the start of a motion, of the time before it.
 
     rate, at which the friction force changes at the start [N/s]; impulse, the integral of the friction force
-    as it was recorded, from the beginning of the run to the start [N s]; recorded, that force at the start
-    [N], not a number where nobody knows; shown, that force at times before the start [N], None where none is
-    known.
+    as it was recorded, from the beginning of the run to the start [N s], and impulse_sum, the integral of
+    that [N s^2]; recorded, that force at the start [N], not a number where nobody knows; shown, that force at
+    times before the start [N], None where none is known.
     """
 
     rate: Scalar = 0.0
     impulse: Scalar = 0.0
+    impulse_sum: Scalar = 0.0
     recorded: Scalar = math.nan
     shown: Trace | None = None
 

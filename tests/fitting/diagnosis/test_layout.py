@@ -76,6 +76,8 @@ def test_what_is_reported_of_it_is_the_first_run(hummed: Hummed):
 def test_that_it_is_so_is_said(hummed: Hummed):
     (sentence,) = of_every_run(hummed.model, "run-0.9.csv", ["force_gain", HUM])
     assert sentence.startswith("Every run has cosine and sine of mains_hum of its own: given is what run-0.9")
+    (sentence,) = of_every_run(hummed.model, "run-0.9.csv", ["force_highpass"])
+    assert "before and held of force_highpass" in sentence, "a strength, and a shape"
 
 
 def test_a_point_without_hum_has_none_in_any_run(hummed: Hummed):

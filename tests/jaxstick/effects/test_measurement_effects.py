@@ -11,6 +11,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid
+from scipy.signal import lsim
 
 from jaxstick.catalogue import catalogue
 from jaxstick.nominal import nominal
@@ -222,17 +224,44 @@ def test_the_highpass_answers_a_sine_as_its_differential_equation_does():
     np.testing.assert_allclose(seen, periodic + decaying, atol=1e-4)
 
 
-def test_the_highpass_goes_on_from_the_impulse_of_the_record():
+@pytest.mark.parametrize("second", [0.25, 0.5])
+def test_two_stages_of_highpass_are_the_linear_system_of_their_equation(second):
+    corner, frequency = 0.4, 5.0
+    leak = 2 * np.pi * corner
+    seen = recorded(instrument("force_highpass", corner=corner, second=second), sine(frequency)).friction
+    entering = np.sin(2 * np.pi * frequency * TIME)
+    _, expected, _ = lsim(([1, 0, 0], [1, leak, second * leak**2]), entering, TIME)
+    np.testing.assert_allclose(seen, expected, atol=1e-5)
+
+
+@pytest.mark.parametrize(("second", "held"), [(0.0, 0.0), (0.5, 0.0), (0.5, -0.6)])
+def test_the_highpass_goes_on_from_the_impulse_of_the_record(second, held):
     force = sine(1.3)
-    chain = instrument("force_highpass", corner=0.2)
+    chain = instrument("force_highpass", corner=0.2, before=0.2, held=held, second=second)
     whole = recorded(chain, force).friction
     middle = 700
-    impulse = float(np.trapezoid(whole[: middle + 1], dx=STEP))
-    rest = recorded(
-        chain, force, start=float(TIME[middle]), steps=STEPS - middle, past=Past(0.0, impulse)
-    ).friction
+    impulse = cumulative_trapezoid(whole, dx=STEP, initial=0.0)
+    impulse_sum = cumulative_trapezoid(impulse, dx=STEP, initial=0.0)
+    past = Past(0.0, float(impulse[middle]), float(impulse_sum[middle]))
+    rest = recorded(chain, force, start=float(TIME[middle]), steps=STEPS - middle, past=past).friction
     np.testing.assert_allclose(rest, whole[middle:], atol=1e-6)
     assert np.max(np.abs(recorded(chain, force, start=float(TIME[middle])).friction[0] - whole[middle])) > 0.1
+
+
+def test_two_stages_forget_what_they_had_lost_when_the_run_began():
+    """With no force f'' + w f' + second w^2 f = 0, from f = -before and f' = w before - second w (before +
+    held)."""
+    corner, second, before, held = 0.4, 0.5, 0.7, -0.3
+    leak = 2 * np.pi * corner
+    apart = [
+        recorded(instrument("force_highpass", corner=corner, second=second, **lost), sine(1.3)).friction
+        for lost in ({"before": before, "held": held}, {})
+    ]
+    begin = [-before, leak * before - second * leak * (before + held)]
+    system = [[0.0, 1.0], [-second * leak**2, -leak]], [[0.0], [0.0]], [[1.0, 0.0]], [[0.0]]
+    _, expected, _ = lsim(system, np.zeros(len(TIME)), TIME, X0=begin)
+    np.testing.assert_allclose(apart[0] - apart[1], expected, atol=1e-5)
+    assert np.abs(expected).max() > 0.5
 
 
 def test_what_the_highpass_lost_before_the_run_comes_back_as_it_forgets():
