@@ -55,7 +55,7 @@ class ForceHighpass(AbstractEffect):
     )
     held: Float[Array, ""] | float = parameter(
         "N",
-        "what a second stage held when the run began, beside that",
+        "what a second stage held when the run began, less what was lost before",
         typical=0.01,
         by_run=True,
         default=0.0,
