@@ -23,8 +23,7 @@ def of_the_rig(unit: str, rig: KnownRig, scale: Scales) -> float:
     }.get(unit, 0.0)
 
 
-def room(unit: str, rig: KnownRig, scale: Scales) -> tuple[float, float]:
-    """By how much a strength may lie below and above none for what the rig has of its kind: friction, by
-    which sizes go, may be small."""
-    whole = of_the_rig(unit, rig, scale)
-    return NEARLY_ALL * whole, MANY * whole
+def room(whole: float, otherwise: float) -> tuple[float, float]:
+    """By how much a strength may lie below and above none where the rig has so much of its kind: as much as
+    it might `otherwise`, at least, which goes by friction and may be small."""
+    return max(otherwise, NEARLY_ALL * whole), max(otherwise, MANY * whole)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.of_the_rig import room
+from fitting.of_the_rig import of_the_rig, room
 from fitting.opening import Scales, opening, scales
 from fitting.segments import LEAST_SAMPLES
 from fitting.settings import Settings
@@ -176,7 +176,7 @@ def _of_effects(
             name, natural = f"{key}.{own}", natural_size(kind.unit, scale, period)
             if kind.null is not None or (kind.typical and kind.signed):
                 reach = max(3 * natural, 2 * abs(stated.get(key, {}).get(own, 0.0)))
-                less, more = (max(reach, most) for most in room(kind.unit, dataset.rig, scale))
+                less, more = room(of_the_rig(kind.unit, dataset.rig, scale), reach)
                 lower, upper = max(kind.lower, -less), min(kind.upper, more)
                 found.append(Unknown(name, kind.unit, lower, upper, "linear", natural))
             elif kind.typical:

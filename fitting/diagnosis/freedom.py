@@ -73,9 +73,9 @@ def effect_unknown(name: str, effect: AbstractEffect, place: Place, problem: Pro
     natural = natural_size(kind.unit, problem.scale, problem.period)
     if kind.null is not None:
         scale = (kind.typical or 1.0) * natural
-        of_rig = kind.unit, problem.dataset.rig, problem.scale
-        less, more = (max(kind.span[1] * scale, most) for most in room(*of_rig))
-        freedom = max(STRENGTH_FREEDOM * scale, DOUBT * of_the_rig(*of_rig))
+        whole = of_the_rig(kind.unit, problem.dataset.rig, problem.scale)
+        less, more = room(whole, kind.span[1] * scale)
+        freedom = max(STRENGTH_FREEDOM * scale, DOUBT * whole)
         lower, upper = max(kind.lower, -less), min(kind.upper, more)
         return Unknown(name, kind.unit, lower, upper, "linear", scale, 0.0, freedom)
     typical = kind.typical * natural if kind.typical else float(place.of(effect))

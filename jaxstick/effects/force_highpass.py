@@ -99,12 +99,11 @@ class _LeakingForce(AbstractForceLink):
 
     def follow(self, own: _Leak, motion: Motion, friction: Scalar, step: Scalar) -> _Leak:
         half = self.leak * step / 2
-        twice = self.second * half**2
-        gain = half + twice
+        pull = self.second * self.leak * half
+        gain = half + pull * step / 2
         entering = own.entering + friction
         lost = ((1 - gain) * own.lost + step * own.losing + gain * entering) / (1 + gain)
-        slope = 2 * twice / step
-        return _Leak(lost, own.losing + slope * (entering - own.lost - lost), friction)
+        return _Leak(lost, own.losing + pull * (entering - own.lost - lost), friction)
 
     def passed(self, own: _Leak, motion: Motion, friction: Scalar) -> Scalar:
         return friction - own.lost
