@@ -148,6 +148,16 @@ def _gaussian_part(p: Physics, share: float, shape: Shape, run: RunFacts) -> Phy
     return replace(p, gaussian=share)
 
 
+def _creep_rate(p: Physics, growth: float, shape: Shape, run: RunFacts) -> Physics:
+    """+ growth (A + C) ln(1 + |w|/reference)."""
+    return replace(p, log_rate=growth * (p.A + p.C), log_rate_speed=shape["reference"])
+
+
+def _squeeze(p: Physics, slope: float, shape: Shape, run: RunFacts) -> Physics:
+    """+ slope w^2: a film that is squeezed."""
+    return replace(p, squeeze=slope)
+
+
 FRICTION = (
     Formulation(
         key="asymmetric_friction", version="A", strength="dry", unit="1",
@@ -263,6 +273,17 @@ FRICTION = (
     Formulation(
         key="stribeck_shape", version="B", strength="share", unit="1", signed=False,
         typical=lambda s: 0.3, most=lambda s: 1.0, physics=_gaussian_part,
+    ),
+    Formulation(
+        key="velocity_strengthening", version="A", strength="growth", unit="1",
+        typical=lambda s: 0.02, most=lambda s: 0.15,
+        shape=lambda s, random: {"reference": s.speed * between(random, 0.003, 0.03)},
+        shape_units={"reference": "m/s"}, physics=_creep_rate,
+    ),
+    Formulation(
+        key="velocity_strengthening", version="B", strength="slope", unit="N s^2/m^2", signed=False,
+        typical=lambda s: 0.1 * s.force / s.haste**2, most=lambda s: 1.5 * s.force / s.haste**2,
+        physics=_squeeze,
     ),
 )  # fmt: skip
 """Both forms of every effect on the friction law and the contact."""

@@ -109,16 +109,6 @@ def _mesh(p: Physics, force: float, shape: Shape, run: RunFacts) -> Physics:
     return replace(p, mesh=force, mesh_omega=2.0 * np.pi * shape["frequency"], mesh_phase=phase)
 
 
-def _log_rate(p: Physics, force: float, shape: Shape, run: RunFacts) -> Physics:
-    """+ force ln(1 + |w|/speed)."""
-    return replace(p, log_rate=force, log_rate_speed=shape["speed"])
-
-
-def _squeeze(p: Physics, slope: float, shape: Shape, run: RunFacts) -> Physics:
-    """+ slope w^2."""
-    return replace(p, squeeze=slope)
-
-
 def _clock(signals: Signals, rate: float, shape: Shape, run: RunFacts) -> None:
     """The clock of the force's converter goes wrong."""
     signals.friction = np.interp(signals.time * (1.0 - rate), signals.time, signals.friction)
@@ -198,17 +188,6 @@ UNLISTED = (
         shape_units={"frequency": "Hz", "phase": "rad"}, physics=_mesh,
     ),
     Formulation(
-        key="log_rate_friction", version="unlisted", strength="force", unit="N",
-        typical=lambda s: 0.02 * s.force, most=lambda s: 0.15 * s.force,
-        shape=lambda s, random: {"speed": s.speed * between(random, 0.003, 0.03)},
-        shape_units={"speed": "m/s"}, physics=_log_rate,
-    ),
-    Formulation(
-        key="squeeze_film", version="unlisted", strength="slope", unit="N s^2/m^2", signed=False,
-        typical=lambda s: 0.1 * s.force / s.haste**2, most=lambda s: 1.5 * s.force / s.haste**2,
-        physics=_squeeze,
-    ),
-    Formulation(
         key="clock_mismatch", version="unlisted", strength="rate", unit="1",
         typical=lambda s: 0.002 * s.period / s.duration, most=lambda s: 0.3 * s.period / s.duration,
         chain=_clock,
@@ -220,4 +199,4 @@ UNLISTED = (
         shape_units={"acceleration": "m/s^2"}, physics=_irreversible,
     ),
 )  # fmt: skip
-"""Fourteen kinds of effects that have no place in the catalogue."""
+"""Twelve kinds of effects that have no place in the catalogue."""

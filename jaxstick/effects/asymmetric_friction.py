@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter, part_of_it
-from jaxstick.parts.friction import AbstractFriction
+from jaxstick.parts.friction import AbstractFriction, AbstractWrappedFriction
 from jaxstick.parts.motion import Motion, Scalar
 
 
@@ -57,17 +57,11 @@ class AsymmetricFriction(AbstractEffect):
         return dataclasses.replace(oscillator, friction=friction)
 
 
-class _DirectedFriction(AbstractFriction):
+class _DirectedFriction(AbstractWrappedFriction):
     inner: AbstractFriction
     dry: Scalar
     slope: Scalar
     steady: Scalar
-
-    def initial(self, motion: Motion) -> Any:
-        return self.inner.initial(motion)
-
-    def advance(self, state: Any, motion: Motion, step: Scalar) -> Any:
-        return self.inner.advance(state, motion, step)
 
     def limit(self, state: Any, motion: Motion) -> Scalar:
         limit = self.inner.limit(state, motion)

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter
-from jaxstick.parts.friction import AbstractFriction
+from jaxstick.parts.friction import AbstractFriction, AbstractWrappedFriction, within
 from jaxstick.parts.motion import Motion, Scalar
 
 _STANDSTILL = 1e-9
@@ -60,20 +60,18 @@ class StribeckShape(AbstractEffect):
     )
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        reshaped = _Reshaped(oscillator.friction, self.excess, 1 / self.reference)
-        return dataclasses.replace(oscillator, friction=reshaped)
+        def reshaped(law: AbstractFriction) -> AbstractFriction:
+            return _Reshaped(law, self.excess, 1 / self.reference)
+
+        return dataclasses.replace(oscillator, friction=within(oscillator.friction, reshaped))
 
 
-class _Reshaped(AbstractFriction):
+class _Reshaped(AbstractWrappedFriction):
+    """Around the law itself, whatever else is attached: what else depends on the speed sees the true one."""
+
     inner: AbstractFriction
     excess: Scalar
     reciprocal: Scalar
-
-    def initial(self, motion: Motion) -> Any:
-        return self.inner.initial(motion)
-
-    def advance(self, state: Any, motion: Motion, step: Scalar) -> Any:
-        return self.inner.advance(state, motion, step)
 
     def limit(self, state: Any, motion: Motion) -> Scalar:
         relative = jnp.maximum(jnp.abs(motion.slide_rate) * self.reciprocal, _STANDSTILL)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import abc
+import dataclasses
+from collections.abc import Callable
 from typing import Any
 
+import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -23,6 +26,25 @@ class AbstractFriction(AbstractPart):
     @abc.abstractmethod
     def viscous(self, state: Any, motion: Motion) -> Scalar:
         """The slope of the part of the force that grows with the sliding velocity [N s/m]."""
+
+
+class AbstractWrappedFriction(AbstractFriction):
+    """A law that makes something else of the force of another one, `inner`, whose state is its own."""
+
+    inner: eqx.AbstractVar[AbstractFriction]
+
+    def initial(self, motion: Motion) -> Any:
+        return self.inner.initial(motion)
+
+    def advance(self, state: Any, motion: Motion, step: Scalar) -> Any:
+        return self.inner.advance(state, motion, step)
+
+
+def within(law: AbstractFriction, change: Callable[[AbstractFriction], AbstractFriction]) -> AbstractFriction:
+    """The law with a change of the one that all others are wrapped around."""
+    if isinstance(law, AbstractWrappedFriction):
+        return dataclasses.replace(law, inner=within(law.inner, change))
+    return change(law)
 
 
 class ExponentialFriction(AbstractFriction):

@@ -6,7 +6,7 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 
-from jaxstick.parts.friction import AbstractFriction
+from jaxstick.parts.friction import AbstractFriction, AbstractWrappedFriction
 from jaxstick.parts.kept import kept
 from jaxstick.parts.motion import Motion, Scalar
 
@@ -14,7 +14,7 @@ LEAST_FACTOR = 0.05
 """Below this share of the law's own force the factor has left the range in which it means anything."""
 
 
-class AbstractScaledFriction(AbstractFriction):
+class AbstractScaledFriction(AbstractWrappedFriction):
     """The law `inner`, dry and viscous part alike times 1 + `excess`, but never times less than 0.05."""
 
     inner: eqx.AbstractVar[AbstractFriction]
@@ -22,12 +22,6 @@ class AbstractScaledFriction(AbstractFriction):
     @abc.abstractmethod
     def excess(self, motion: Motion) -> Scalar:
         """The relative excess over the law's own force."""
-
-    def initial(self, motion: Motion) -> Any:
-        return self.inner.initial(motion)
-
-    def advance(self, state: Any, motion: Motion, step: Scalar) -> Any:
-        return self.inner.advance(state, motion, step)
 
     def limit(self, state: Any, motion: Motion) -> Scalar:
         return self.inner.limit(state, motion) * self._factor(motion)

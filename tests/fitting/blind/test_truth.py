@@ -107,7 +107,7 @@ def test_an_effect_acts_and_fades_with_its_strength(rig, effect):
 
 
 def test_every_listed_effect_has_both_forms():
-    assert len(LISTED) == 37
+    assert len(LISTED) == 38
     assert len(STRANGE) >= 8
     assert set(LISTED) <= set(catalogue())
     for key in LISTED:

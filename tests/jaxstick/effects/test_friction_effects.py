@@ -147,6 +147,28 @@ def test_the_stribeck_curve_takes_another_exponent(excess: float) -> None:
     assert np.abs(dry + D * speed - law(speed))[slow].max() > 0.02 * STATIC
 
 
+@pytest.mark.parametrize(("growth", "film"), [(0.03, 0.0), (-0.02, 0.0), (0.0, 5.0), (0.03, -5.0)])
+def test_friction_grows_with_the_logarithm_and_the_square_of_the_speed(growth: float, film: float) -> None:
+    reference = 2e-3
+    run = simulated(
+        with_effect(NOMINAL, "velocity_strengthening", growth=growth, reference=reference, film=film)
+    )
+    slip, speed = slipping(run), np.abs(run.v)
+    added = STATIC * (growth * np.log(1 + speed / reference) + film * speed**2)
+    assert slip.sum() > 50
+    assert np.abs(run.force + np.sign(run.v) * (law(speed) + added))[slip].max() < 2e-3 * STATIC
+    assert np.abs(added)[slip].max() > 0.05 * STATIC
+
+
+def test_friction_that_weakens_with_speed_never_turns_round() -> None:
+    """By a quarter of itself an e-fold, for nine of them: what stays is a twentieth of what the law says."""
+    run = simulated(with_effect(NOMINAL, "velocity_strengthening", growth=-0.25, reference=1e-5))
+    slip, speed = slipping(run), np.abs(run.v)
+    assert slip.sum() > 50
+    left = 0.05 * (A * np.exp(-B * speed) + C) + D * speed
+    assert np.abs(run.force + np.sign(run.v) * left)[slip].max() < 2e-3 * STATIC
+
+
 def test_load_follows_a_recorded_base_by_its_own_amplitude() -> None:
     """A sine given by samples varies the load as the sine itself does, at any amplitude and frequency."""
     times = np.arange(0.0, 2.0, 2e-3)
@@ -604,6 +626,7 @@ FRICTION = {
     "position_dependent_friction": {"gradient": 10.0},
     "slip_weakening": {"peak": 0.05},
     "stribeck_shape": {"excess": 0.3},
+    "velocity_strengthening": {"growth": 0.02, "film": 0.5},
 }
 
 
