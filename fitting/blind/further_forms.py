@@ -53,6 +53,11 @@ def _lorentzian(p: Physics, share: float, shape: Shape, run: RunFacts) -> Physic
     return replace(p, lorentzian=share)
 
 
+def _wetted(p: Physics, share: float, shape: Shape, run: RunFacts) -> Physics:
+    """+ share (A + C) sqrt(|w|/speed): a film that thickens with the speed."""
+    return replace(p, rate_root=share * (p.A + p.C) / np.sqrt(shape["speed"]))
+
+
 def _whole_spectrum(elements: Elements, share: float, shape: Shape) -> Elements:
     """Iwan: a share of the contact yields bit by bit all the way to the limit."""
     fractions = (0.15, 0.35, 0.6, 0.85)
@@ -148,6 +153,11 @@ FURTHER = (
     _third("load_variation", physics=_lifting_load),
     _third("friction_drift", most=lambda s: 0.6 / s.duration, physics=_ever_slower),
     _third("stribeck_shape", physics=_lorentzian),
+    _third(
+        "velocity_strengthening", strength="share", unit="1",
+        typical=lambda s: 0.1, most=lambda s: 0.8,
+        shape=lambda s, random: {"speed": s.speed}, shape_units={"speed": "m/s"}, physics=_wetted,
+    ),
     _third("microslip", shape=no_shape, elements=_whole_spectrum),
     _third(
         "cubic_stiffness",
@@ -166,4 +176,4 @@ FURTHER = (
     _third("displacement_delay", chain=_filtered_displacement),
     _third("force_drift", chain=_creeping_zero),
 )  # fmt: skip
-"""Eighteen of them."""
+"""Nineteen of them."""

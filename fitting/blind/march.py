@@ -112,6 +112,8 @@ def _limit(p, s, speed, seen, age, direction):
         limit += p.log_rate * log(1.0 + speed / p.log_rate_speed)
     if p.squeeze != 0.0:
         limit += p.squeeze * speed * speed
+    if p.rate_root != 0.0:
+        limit += p.rate_root * sqrt(speed)
     if p.peak != 0.0:
         if p.peak_linear > 0.0:
             limit += p.peak * p.C * max(1.0 - s[SLIPPED] / p.peak_length, 0.0)

@@ -72,6 +72,10 @@ class Physics:
     exponent: float = 1.0
     gaussian: float = 0.0  # share of the weakening that goes as exp(-(B w)^2)
     lorentzian: float = 0.0  # and as 1/(1 + (B w)^2)
+    log_rate: float = 0.0  # N
+    log_rate_speed: float = 1.0  # m/s
+    squeeze: float = 0.0  # N s^2/m^2
+    rate_root: float = 0.0  # N/sqrt(m/s)
 
     # The contact.
     contact_damping: float = 0.0  # N s/m
@@ -129,9 +133,6 @@ class Physics:
     mesh: float = 0.0  # N
     mesh_omega: float = 1.0
     mesh_phase: float = 0.0
-    log_rate: float = 0.0  # N
-    log_rate_speed: float = 1.0  # m/s
-    squeeze: float = 0.0  # N s^2/m^2
     irreversible: float = 0.0
     irreversible_acceleration: float = 1.0  # m/s^2
 
