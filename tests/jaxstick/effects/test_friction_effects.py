@@ -643,6 +643,24 @@ def test_friction_effects_attach_in_any_order() -> None:
     assert np.abs(one - other).max() < 0.05 * np.abs(one - without).max()
 
 
+def test_what_grows_with_speed_sees_the_true_one_under_a_stribeck_curve_of_another_shape() -> None:
+    """In whatever order the two are attached."""
+    shaped = {
+        "stribeck_shape": {"excess": 0.5, "reference": 0.01},
+        "velocity_strengthening": {"growth": 0.05},
+    }
+    run = jax.jit(lambda oscillator: march(oscillator, Start(), Grid(0.0, 2e-3, 400, 4)).force)
+    forces = []
+    for keys in (tuple(shaped), tuple(reversed(shaped))):
+        oscillator = NOMINAL
+        for key in keys:
+            oscillator = with_effect(oscillator, key, **shaped[key])
+        forces.append(np.asarray(run(oscillator)))
+    without = np.asarray(run(with_effect(NOMINAL, "velocity_strengthening", growth=0.05)))
+    np.testing.assert_allclose(*forces, rtol=0, atol=1e-9 * STATIC)
+    assert np.abs(forces[0] - without).max() > 0.01 * STATIC
+
+
 def test_friction_effects_at_null_change_no_bit() -> None:
     together = NOMINAL
     for effect in effects_at_null(tuple(FRICTION)).values():
