@@ -3,10 +3,9 @@
 import abc
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 
-from jaxstick.parts.friction import AbstractFriction, AbstractWrappedFriction
+from jaxstick.parts.friction import AbstractWrappedFriction
 from jaxstick.parts.kept import kept
 from jaxstick.parts.motion import Motion, Scalar
 
@@ -16,8 +15,6 @@ LEAST_FACTOR = 0.05
 
 class AbstractScaledFriction(AbstractWrappedFriction):
     """The law `inner`, dry and viscous part alike times 1 + `excess`, but never times less than 0.05."""
-
-    inner: eqx.AbstractVar[AbstractFriction]
 
     @abc.abstractmethod
     def excess(self, motion: Motion) -> Scalar:
