@@ -1,4 +1,4 @@
-"""A Stribeck curve whose exponent is not 1."""
+"""A Stribeck curve of another shape than the exponential."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ from jaxtyping import Array, Float
 
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
-from jaxstick.parameter import parameter
+from jaxstick.parameter import parameter, part_of_it
 from jaxstick.parts.friction import AbstractFriction, AbstractWrappedFriction, within
 from jaxstick.parts.motion import Motion, Scalar
 
 _STANDSTILL = 1e-9
 """Speeds below this share of the reference are not told apart from rest."""
+_LITTLE = 1e-6
+"""Below this log(1 + x)/x is 1 - x/2."""
 
 
 class StribeckShape(AbstractEffect):
@@ -23,10 +25,13 @@ class StribeckShape(AbstractEffect):
 
     A exp(-B |v|) becomes A exp(-(B' |v|)^(1 + excess)) with B'^(1 + excess) = B v0^(-excess): v0 is where the
     law keeps its value, so a change of it is the same as one of B.
+
+    With a `tail` that, v0 u, is seen as v0 log(1 + a u)/a, a = tail |excess|: the law falls as a power of the
+    speed in the end, A (1 + a u)^(-B v0/a).
     """
 
     card: ClassVar[Card] = Card(
-        title="Stribeck curve of another exponent",
+        title="Stribeck curve of another shape",
         family="friction",
         symptom=(
             "Over speed, the friction force falls from its static to its dynamic level along another curve "
@@ -35,7 +40,8 @@ class StribeckShape(AbstractEffect):
         ),
         explanation=(
             "How friction weakens with speed depends on how the film between the surfaces builds up. "
-            "Exponents from 1/2 to 2 are in use; 2 is Gauss's curve. The simulator has 1 built in."
+            "Exponents from 1/2 to 2 are in use; 2 is Gauss's curve; others fall as a power of the speed. "
+            "The simulator has the exponential built in."
         ),
         remedy=(
             "Measure the friction force at constant speeds between a tenth and three times 1/B, where the "
@@ -43,7 +49,8 @@ class StribeckShape(AbstractEffect):
         ),
         source=(
             "Bo, Pavelescu, The friction-speed relation and its influence on the critical velocity of "
-            "stick-slip motion, Wear 82 (1982) 277."
+            "stick-slip motion, Wear 82 (1982) 277; with a tail: Hess, Soom, Friction at a lubricated "
+            "line contact operating at oscillating sliding velocities, J. Tribology 112 (1990) 147."
         ),
     )
     excess: Float[Array, ""] | float = parameter(
@@ -58,10 +65,11 @@ class StribeckShape(AbstractEffect):
     reference: Float[Array, ""] | float = parameter(
         "m/s", "speed at which the law keeps its value", lower=0.0, typical=0.3, default=0.01
     )
+    tail: Float[Array, ""] | float = part_of_it("how slowly the law falls in the end, over the excess")
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
         def reshaped(law: AbstractFriction) -> AbstractFriction:
-            return _Reshaped(law, self.excess, 1 / self.reference)
+            return _Reshaped(law, self.excess, 1 / self.reference, self.tail)
 
         return dataclasses.replace(oscillator, friction=within(oscillator.friction, reshaped))
 
@@ -72,11 +80,20 @@ class _Reshaped(AbstractWrappedFriction):
     inner: AbstractFriction
     excess: Scalar
     reciprocal: Scalar
+    tail: Scalar
 
     def limit(self, state: Any, motion: Motion) -> Scalar:
         relative = jnp.maximum(jnp.abs(motion.slide_rate) * self.reciprocal, _STANDSTILL)
-        seen = motion.slide_rate * jnp.exp(self.excess * jnp.log(relative))
+        power = jnp.exp(self.excess * jnp.log(relative))
+        slower = self.tail * jnp.abs(self.excess) * power * relative
+        seen = motion.slide_rate * power * _log_over(slower)
         return self.inner.limit(state, motion._replace(slide_rate=seen))
 
     def viscous(self, state: Any, motion: Motion) -> Scalar:
         return self.inner.viscous(state, motion)
+
+
+def _log_over(x: Scalar) -> Scalar:
+    """log(1 + x)/x."""
+    some = jnp.where(x > _LITTLE, x, _LITTLE)
+    return jnp.where(x > _LITTLE, jnp.log1p(some) / some, 1 - x / 2)

@@ -147,6 +147,20 @@ def test_the_stribeck_curve_takes_another_exponent(excess: float) -> None:
     assert np.abs(dry + D * speed - law(speed))[slow].max() > 0.02 * STATIC
 
 
+@pytest.mark.parametrize(("excess", "tail"), [(-0.4, 1.0), (0.3, 0.9), (1.0, 0.5)])
+def test_the_stribeck_curve_may_fall_as_a_power_of_the_speed(excess: float, tail: float) -> None:
+    reference = 0.03
+    run = simulated(with_effect(NOMINAL, "stribeck_shape", excess=excess, reference=reference, tail=tail))
+    speed = np.abs(run.v)
+    slower, relative = tail * abs(excess), (speed / reference) ** (1 + excess)
+    dry = A * (1 + slower * relative) ** (-B * reference / slower)
+    without = A * np.exp(-B * reference * relative)
+    slow = (speed > 0.05) & (speed < 0.3)
+    assert slow.sum() > 50
+    assert np.abs(run.force + np.sign(run.v) * (dry + C + D * speed))[slow].max() < 2e-3 * STATIC
+    assert np.abs(dry - without)[slow].max() > 0.01 * STATIC
+
+
 @pytest.mark.parametrize(("growth", "film"), [(0.03, 0.0), (-0.02, 0.0), (0.0, 5.0), (0.03, -5.0)])
 def test_friction_grows_with_the_logarithm_and_the_square_of_the_speed(growth: float, film: float) -> None:
     reference = 2e-3
