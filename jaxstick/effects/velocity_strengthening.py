@@ -14,16 +14,15 @@ from jaxstick.parameter import parameter
 from jaxstick.parts.friction import AbstractFriction, AbstractWrappedFriction
 from jaxstick.parts.kept import kept
 from jaxstick.parts.motion import Motion, Scalar
-
-LEAST = 0.05
-"""Less than this share of the law's own limit no speed leaves of it."""
+from jaxstick.parts.scaled_friction import LEAST_FACTOR
 
 
 class VelocityStrengthening(AbstractEffect):
     """Adds F_s [growth ln(1 + |v|/reference) + film v^2] to the limit of friction, F_s the limit at rest.
 
     The logarithm is the direct term of rate-and-state friction, the square that of a film which is dragged
-    along; what grows in proportion, D |v|, is in the law already. Negative ones weaken it.
+    along; what grows in proportion, D |v|, is in the law already. Negative ones weaken it, but
+    leave a twentieth of the law's own limit.
     """
 
     card: ClassVar[Card] = Card(
@@ -85,7 +84,7 @@ class _Growing(AbstractWrappedFriction):
         at_rest = self.inner.limit(state, motion._replace(slide_rate=0.0))
         speed = jnp.abs(motion.slide_rate)
         added = self.growth * jnp.log1p(speed * self.reciprocal) + self.film * speed**2
-        return kept(jnp.maximum(own + added * at_rest, LEAST * own))
+        return kept(jnp.maximum(own + added * at_rest, LEAST_FACTOR * own))
 
     def viscous(self, state: Any, motion: Motion) -> Scalar:
         return self.inner.viscous(state, motion)
