@@ -13,11 +13,10 @@ from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter, part_of_it
 from jaxstick.parts.friction import AbstractFriction, AbstractWrappedFriction, within
 from jaxstick.parts.motion import Motion, Scalar
+from jaxstick.parts.settling import slowed
 
 _STANDSTILL = 1e-9
 """Speeds below this share of the reference are not told apart from rest."""
-_LITTLE = 1e-6
-"""Below this log(1 + x)/x is 1 - x/2."""
 
 
 class StribeckShape(AbstractEffect):
@@ -85,15 +84,9 @@ class _Reshaped(AbstractWrappedFriction):
     def limit(self, state: Any, motion: Motion) -> Scalar:
         relative = jnp.maximum(jnp.abs(motion.slide_rate) * self.reciprocal, _STANDSTILL)
         power = jnp.exp(self.excess * jnp.log(relative))
-        slower = self.tail * jnp.abs(self.excess) * power * relative
-        seen = motion.slide_rate * power * _log_over(slower)
+        rising = power * relative
+        seen = motion.slide_rate * power * slowed(rising, self.tail * jnp.abs(self.excess)) / rising
         return self.inner.limit(state, motion._replace(slide_rate=seen))
 
     def viscous(self, state: Any, motion: Motion) -> Scalar:
         return self.inner.viscous(state, motion)
-
-
-def _log_over(x: Scalar) -> Scalar:
-    """log(1 + x)/x."""
-    some = jnp.where(x > _LITTLE, x, _LITTLE)
-    return jnp.where(x > _LITTLE, jnp.log1p(some) / some, 1 - x / 2)

@@ -46,11 +46,11 @@ def settling(t: Scalar, time: Scalar, tail: Scalar) -> Scalar:
     tail: no more than `time` in the end, `time` log(1 + t/time) or `time` [sqrt(1 + 2 t/time) - 1] for a
     tail of 1 or 2."""
     age = t / time
-    return time * _grown(_slowed(age, tail), 1 - tail)
+    return time * _grown(slowed(age, tail), 1 - tail)
 
 
-def _slowed(age: Scalar, tail: Scalar) -> Scalar:
-    """log(1 + tail age)/tail."""
+def slowed(age: Scalar, tail: Scalar) -> Scalar:
+    """log(1 + tail age)/tail, the age itself for no tail."""
     small = tail * age < TINY
     safe = jnp.where(small, 1.0, tail)
     return jnp.where(small, age * (1 - tail * age / 2), jnp.log1p(safe * age) / safe)
