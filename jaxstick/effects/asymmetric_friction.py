@@ -65,7 +65,7 @@ class _DirectedFriction(AbstractWrappedFriction):
 
     def limit(self, state: Any, motion: Motion) -> Scalar:
         limit = self.inner.limit(state, motion)
-        static = self.inner.limit(state, motion._replace(slide_rate=0.0))
+        static = self.inner.static(state, motion)
         return limit + self.dry * motion.direction * (limit + self.steady * (static - limit))
 
     def viscous(self, state: Any, motion: Motion) -> Scalar:

@@ -13,7 +13,7 @@ from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter, part_of_it
 from jaxstick.parts.friction import AbstractFriction, AbstractWrappedFriction, within
 from jaxstick.parts.motion import Motion, Scalar
-from jaxstick.parts.settling import slowed
+from jaxstick.parts.slowed import slowed
 
 _STANDSTILL = 1e-9
 """Speeds below this share of the reference are not told apart from rest."""

@@ -81,10 +81,9 @@ class _Growing(AbstractWrappedFriction):
 
     def limit(self, state: Any, motion: Motion) -> Scalar:
         own = self.inner.limit(state, motion)
-        at_rest = self.inner.limit(state, motion._replace(slide_rate=0.0))
         speed = jnp.abs(motion.slide_rate)
         added = self.growth * jnp.log1p(speed * self.reciprocal) + self.film * speed**2
-        return kept(jnp.maximum(own + added * at_rest, LEAST_FACTOR * own))
+        return kept(jnp.maximum(own + added * self.inner.static(state, motion), LEAST_FACTOR * own))
 
     def viscous(self, state: Any, motion: Motion) -> Scalar:
         return self.inner.viscous(state, motion)

@@ -27,6 +27,10 @@ class AbstractFriction(AbstractPart):
     def viscous(self, state: Any, motion: Motion) -> Scalar:
         """The slope of the part of the force that grows with the sliding velocity [N s/m]."""
 
+    def static(self, state: Any, motion: Motion) -> Scalar:
+        """What the limit would be in this place and state if the contact were at rest [N]."""
+        return self.limit(state, motion._replace(slide_rate=0.0))
+
 
 class AbstractWrappedFriction(AbstractFriction):
     """A law that makes something else of the force of another one, `inner`, whose state is its own."""

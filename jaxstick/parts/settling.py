@@ -8,6 +8,7 @@ import jax.numpy as jnp
 
 from jaxstick.parameter import parameter
 from jaxstick.parts.motion import Scalar
+from jaxstick.parts.slowed import TINY, slowed
 
 STEADY = 1e9
 """A settling time [s] in which no run comes to rest."""
@@ -17,8 +18,6 @@ rate is wrong by half a hundredth; and times of no sample, after which a change 
 time."""
 RATES = (50.0, 1e3)
 """What settles soon, or goes as the root of time, is fast at first."""
-TINY = 1e-5
-"""Of less than so much no more than the square counts in a series."""
 
 
 def settling_time() -> Any:
@@ -47,13 +46,6 @@ def settling(t: Scalar, time: Scalar, tail: Scalar) -> Scalar:
     tail of 1 or 2."""
     age = t / time
     return time * _grown(slowed(age, tail), 1 - tail)
-
-
-def slowed(age: Scalar, tail: Scalar) -> Scalar:
-    """log(1 + tail age)/tail, the age itself for no tail."""
-    small = tail * age < TINY
-    safe = jnp.where(small, 1.0, tail)
-    return jnp.where(small, age * (1 - tail * age / 2), jnp.log1p(safe * age) / safe)
 
 
 def _grown(exponent: Scalar, rest: Scalar) -> Scalar:
