@@ -14,13 +14,13 @@ from pathlib import Path
 
 import click
 
-from fitting.diagnosis.detection import limits
 from fitting.diagnosis.findings import Limit
-from fitting.diagnosis.ground import ground
-from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import refit
-from fitting.diagnosis.release import released
-from fitting.diagnosis.screen import screen
+from fitting.diagnosis.lanes.model import Model
+from fitting.diagnosis.noise.ground import ground
+from fitting.diagnosis.refits.refit import refit
+from fitting.diagnosis.refits.release import released
+from fitting.diagnosis.which.detection import limits
+from fitting.diagnosis.which.screen import screen
 from fitting.problem import pose
 from fitting.progress import Silent
 from fitting.report.words import NOTHING, number

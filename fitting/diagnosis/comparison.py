@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from fitting.diagnosis.attribute import Attribution
-from fitting.diagnosis.bench import Bench
-from fitting.diagnosis.detection import detection_limit
 from fitting.diagnosis.findings import Candidate, Likeness, Parameter
-from fitting.diagnosis.model import Model
-from fitting.diagnosis.shrink import share_closed
+from fitting.diagnosis.how_far.shrink import share_closed
+from fitting.diagnosis.lanes.bench import Bench
+from fitting.diagnosis.lanes.model import Model
+from fitting.diagnosis.which.attribute import Attribution
+from fitting.diagnosis.which.detection import detection_limit
 
 ALIKE = 8
 """How many of the best explanations are compared with one another."""

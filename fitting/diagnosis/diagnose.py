@@ -10,30 +10,30 @@ import numpy as np
 
 from fitting.account import joined
 from fitting.correction import correction_of
-from fitting.diagnosis.attribute import Attribution
-from fitting.diagnosis.clue import clue_of
 from fitting.diagnosis.comparison import candidates, likeness
-from fitting.diagnosis.constancy import trend_of
-from fitting.diagnosis.contacts import Chosen
-from fitting.diagnosis.detection import limits
-from fitting.diagnosis.estimates import estimates
-from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import Diagnosis, Trace
-from fitting.diagnosis.ground import Ground, ground
+from fitting.diagnosis.how_far.shrink import Split, split
 from fitting.diagnosis.inquiry import Inquiry, inquire
-from fitting.diagnosis.localise import Seen, localise, residual_force, see
-from fitting.diagnosis.model import Model
+from fitting.diagnosis.judging.verdict import NONE, UNLISTED
+from fitting.diagnosis.lanes.model import Model
 from fitting.diagnosis.next_run import next_run
-from fitting.diagnosis.over_class import over_class
-from fitting.diagnosis.pattern import patterns
-from fitting.diagnosis.refit import Refit, refit
-from fitting.diagnosis.release import released
-from fitting.diagnosis.repeatability import wander_of
-from fitting.diagnosis.reported import reported
+from fitting.diagnosis.noise.ground import Ground, ground
+from fitting.diagnosis.noise.repeatability import wander_of
+from fitting.diagnosis.refits.estimates import estimates
+from fitting.diagnosis.refits.refit import Refit, refit
+from fitting.diagnosis.refits.release import released
+from fitting.diagnosis.refits.reported import reported
 from fitting.diagnosis.settings import DiagnosisSettings
-from fitting.diagnosis.shape_error import shape_variance
-from fitting.diagnosis.shrink import Split, split
-from fitting.diagnosis.verdict import NONE, UNLISTED
+from fitting.diagnosis.unlisted.constancy import trend_of
+from fitting.diagnosis.where.clue import clue_of
+from fitting.diagnosis.where.localise import Seen, localise, residual_force, see
+from fitting.diagnosis.where.pattern import patterns
+from fitting.diagnosis.which.attribute import Attribution
+from fitting.diagnosis.which.contacts import Chosen
+from fitting.diagnosis.which.detection import limits
+from fitting.diagnosis.which.explanation import Explanation
+from fitting.diagnosis.which.over_class import over_class
+from fitting.diagnosis.which.shape_error import shape_variance
 from fitting.diagnosis.words import advice, differing, notes, sentence, steps_taken
 from fitting.problem import Problem, pose
 from fitting.progress import Progress, Silent

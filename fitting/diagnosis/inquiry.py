@@ -5,21 +5,8 @@ from __future__ import annotations
 import dataclasses
 import math
 
-from fitting.diagnosis.anomaly import AbstractAnomaly
-from fitting.diagnosis.attribute import Attribution, attribute
-from fitting.diagnosis.bad_samples import bad_samples
-from fitting.diagnosis.bench import Bench
-from fitting.diagnosis.bursts import bursts
-from fitting.diagnosis.contacts import Chosen
-from fitting.diagnosis.enough import passes_for_noise
-from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import Closure
-from fitting.diagnosis.ground import resolved
-from fitting.diagnosis.judgement import Judgement
-from fitting.diagnosis.other_contact import beside_a_pair, in_place_of_one_of_two
-from fitting.diagnosis.reconsidered import refuted, succeeded, weighed_again
-from fitting.diagnosis.refit import Refit
-from fitting.diagnosis.shrink import (
+from fitting.diagnosis.how_far.shrink import (
     CARRIES_OVER,
     CLEARLY,
     ONLY_HERE,
@@ -34,9 +21,22 @@ from fitting.diagnosis.shrink import (
     steadies,
     worsens,
 )
+from fitting.diagnosis.judging.enough import passes_for_noise
+from fitting.diagnosis.judging.judgement import Judgement
+from fitting.diagnosis.judging.reconsidered import refuted, succeeded, weighed_again
+from fitting.diagnosis.judging.verdict import NONE, UNLISTED
+from fitting.diagnosis.lanes.bench import Bench
+from fitting.diagnosis.noise.ground import resolved
+from fitting.diagnosis.refits.refit import Refit
 from fitting.diagnosis.turns import less_scattered, surveyed, weighed_anew
-from fitting.diagnosis.unrest import unrest
-from fitting.diagnosis.verdict import NONE, UNLISTED
+from fitting.diagnosis.unlisted.anomaly import AbstractAnomaly
+from fitting.diagnosis.unlisted.bad_samples import bad_samples
+from fitting.diagnosis.unlisted.bursts import bursts
+from fitting.diagnosis.unlisted.unrest import unrest
+from fitting.diagnosis.which.attribute import Attribution, attribute
+from fitting.diagnosis.which.contacts import Chosen
+from fitting.diagnosis.which.explanation import Explanation
+from fitting.diagnosis.which.other_contact import beside_a_pair, in_place_of_one_of_two
 from fitting.diagnosis.words import only_there, refutation
 from fitting.progress import Progress
 

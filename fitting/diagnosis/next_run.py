@@ -14,21 +14,21 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.diagnosis.attribute import Attribution
-from fitting.diagnosis.bench import Bench
-from fitting.diagnosis.confidence import Scores, information, scores
-from fitting.diagnosis.contacts import Chosen
-from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import TELLING, Plan, Proposal
-from fitting.diagnosis.judge import pieces_of_evidence
-from fitting.diagnosis.laying import lay_whole
-from fitting.diagnosis.layout import Layout
-from fitting.diagnosis.model import LEVEL_TOLERANCE, Model
+from fitting.diagnosis.judging.judge import pieces_of_evidence
+from fitting.diagnosis.judging.single import AMONG
+from fitting.diagnosis.judging.verdict import alternatives
+from fitting.diagnosis.lanes.bench import Bench
+from fitting.diagnosis.lanes.laying import lay_whole
+from fitting.diagnosis.lanes.layout import Layout
+from fitting.diagnosis.lanes.model import LEVEL_TOLERANCE, Model
 from fitting.diagnosis.planned import plans, recorded
-from fitting.diagnosis.refit import Refit
-from fitting.diagnosis.release import settled
-from fitting.diagnosis.single import AMONG
-from fitting.diagnosis.verdict import alternatives
+from fitting.diagnosis.refits.confidence import Scores, information, scores
+from fitting.diagnosis.refits.refit import Refit
+from fitting.diagnosis.refits.release import settled
+from fitting.diagnosis.which.attribute import Attribution
+from fitting.diagnosis.which.contacts import Chosen
+from fitting.diagnosis.which.explanation import Explanation
 from fitting.problem import Problem
 from jaxstick.errors import UserError
 

@@ -9,8 +9,8 @@ import equinox as eqx
 import numpy as np
 
 from fitting.diagnosis.findings import Plan
-from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Refit
+from fitting.diagnosis.lanes.model import Model
+from fitting.diagnosis.refits.refit import Refit
 from fitting.problem import Problem
 from fitting.signals import Signals, read_signals
 from jaxstick.cycle import cycle_of

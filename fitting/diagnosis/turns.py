@@ -7,20 +7,20 @@ import dataclasses
 
 import numpy as np
 
-from fitting.diagnosis.another_time import in_another_time
-from fitting.diagnosis.attribute import Attribution, attribute, on_another_bench
-from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.contacts import Chosen, concerns_contact
-from fitting.diagnosis.elsewhere import in_place
-from fitting.diagnosis.explanation import best_of, fitted_again
-from fitting.diagnosis.ground import resolved
-from fitting.diagnosis.model import Model
-from fitting.diagnosis.other_contact import beside_single_effects
-from fitting.diagnosis.refit import refit
-from fitting.diagnosis.repeatability import floor_of
-from fitting.diagnosis.scatter import Scatter
-from fitting.diagnosis.shrink import Split
-from fitting.diagnosis.survey import NOTABLE, Survey, nominal_on, survey
+from fitting.diagnosis.how_far.elsewhere import in_place
+from fitting.diagnosis.how_far.shrink import Split
+from fitting.diagnosis.lanes.bench import Bench, Point
+from fitting.diagnosis.lanes.model import Model
+from fitting.diagnosis.noise.ground import resolved
+from fitting.diagnosis.noise.repeatability import floor_of
+from fitting.diagnosis.noise.scatter import Scatter
+from fitting.diagnosis.refits.refit import refit
+from fitting.diagnosis.which.another_time import in_another_time
+from fitting.diagnosis.which.attribute import Attribution, attribute, on_another_bench
+from fitting.diagnosis.which.contacts import Chosen, concerns_contact
+from fitting.diagnosis.which.explanation import best_of, fitted_again
+from fitting.diagnosis.which.other_contact import beside_single_effects
+from fitting.diagnosis.which.survey import NOTABLE, Survey, nominal_on, survey
 from fitting.progress import Progress
 
 TURNS = 3

@@ -7,22 +7,22 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fitting.diagnosis.anomaly import AbstractAnomaly
-from fitting.diagnosis.attribute import LOST, Attribution
-from fitting.diagnosis.bench import Bench
-from fitting.diagnosis.clue import Clue
-from fitting.diagnosis.contacts import Chosen
-from fitting.diagnosis.enough import passes_for_noise
-from fitting.diagnosis.explanation import Explanation
 from fitting.diagnosis.findings import MOST_TIMES, Closure, Proposal, Where
-from fitting.diagnosis.ground import Ground
-from fitting.diagnosis.judgement import Judgement
-from fitting.diagnosis.model import Model
+from fitting.diagnosis.how_far.shrink import LEAST_REDUCIBLE, NOTABLE_STEADINESS, Split, shows_more
+from fitting.diagnosis.judging.enough import passes_for_noise
+from fitting.diagnosis.judging.judgement import Judgement
+from fitting.diagnosis.judging.verdict import alternatives
+from fitting.diagnosis.lanes.bench import Bench
+from fitting.diagnosis.lanes.model import Model
 from fitting.diagnosis.next_run import rivals
-from fitting.diagnosis.repeatability import wander_of
-from fitting.diagnosis.scatter import Scatter
-from fitting.diagnosis.shrink import LEAST_REDUCIBLE, NOTABLE_STEADINESS, Split, shows_more
-from fitting.diagnosis.verdict import alternatives
+from fitting.diagnosis.noise.ground import Ground
+from fitting.diagnosis.noise.repeatability import wander_of
+from fitting.diagnosis.noise.scatter import Scatter
+from fitting.diagnosis.unlisted.anomaly import AbstractAnomaly
+from fitting.diagnosis.where.clue import Clue
+from fitting.diagnosis.which.attribute import LOST, Attribution
+from fitting.diagnosis.which.contacts import Chosen
+from fitting.diagnosis.which.explanation import Explanation
 from fitting.problem import Problem
 
 WEAK = 3.0

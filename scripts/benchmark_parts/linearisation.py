@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.jobs import job
-from fitting.diagnosis.laying import lay_whole
-from fitting.diagnosis.model import Model
-from fitting.diagnosis.programs import COLUMNS
-from fitting.diagnosis.wander import LEAST, OWN, START
+from fitting.diagnosis.lanes.bench import Bench, Point
+from fitting.diagnosis.lanes.jobs import job
+from fitting.diagnosis.lanes.laying import lay_whole
+from fitting.diagnosis.lanes.model import Model
+from fitting.diagnosis.lanes.programs import COLUMNS
+from fitting.diagnosis.lanes.wander import LEAST, OWN, START
 from fitting.problem import pose
 from fitting.settings import Settings
 from jaxstick.record import load_dataset

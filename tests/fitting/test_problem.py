@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fitting.diagnosis.model import Model
+from fitting.diagnosis.lanes.model import Model
 from fitting.problem import beginnings, pose
 from fitting.settings import Settings
 from jaxstick.effects.mains_hum import MainsHum

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from fitting.diagnosis.clue import BEAT, FRICTION, MECHANICS, MOTION
 from fitting.diagnosis.findings import Diagnosis, Patterns, Shares
+from fitting.diagnosis.where.clue import BEAT, FRICTION, MECHANICS, MOTION
 from fitting.plots import residual_force as panels
 from fitting.plots.diagnosis_gallery import worst_residual_run
 from fitting.report.inline_svg import draw

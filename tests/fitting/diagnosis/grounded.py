@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.ground import Ground, ground
-from fitting.diagnosis.laying import lay_whole
-from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import Refit, refit
-from fitting.diagnosis.screen import Screen, screen
-from fitting.diagnosis.wander import LEAST, OWN, START
+from fitting.diagnosis.lanes.bench import Bench, Point
+from fitting.diagnosis.lanes.laying import lay_whole
+from fitting.diagnosis.lanes.model import Model
+from fitting.diagnosis.lanes.wander import LEAST, OWN, START
+from fitting.diagnosis.noise.ground import Ground, ground
+from fitting.diagnosis.refits.refit import Refit, refit
+from fitting.diagnosis.which.screen import Screen, screen
 from fitting.problem import Problem, pose
 from fitting.progress import Silent
 from fitting.settings import Settings

@@ -11,13 +11,13 @@ import pytest
 
 from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.diagnose import diagnose
-from fitting.diagnosis.enough import passes_for_noise
 from fitting.diagnosis.findings import Closure, Diagnosis
-from fitting.diagnosis.ground import ground
 from fitting.diagnosis.inquiry import confirmed
-from fitting.diagnosis.judge import judge
-from fitting.diagnosis.model import Model
-from fitting.diagnosis.refit import refit
+from fitting.diagnosis.judging.enough import passes_for_noise
+from fitting.diagnosis.judging.judge import judge
+from fitting.diagnosis.lanes.model import Model
+from fitting.diagnosis.noise.ground import ground
+from fitting.diagnosis.refits.refit import refit
 from fitting.diagnosis.save import save_diagnosis
 from fitting.diagnosis.settings import DiagnosisSettings
 from fitting.problem import pose

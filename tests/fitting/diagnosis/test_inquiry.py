@@ -11,20 +11,20 @@ import pytest
 
 from fitting.diagnosis import diagnose as whole
 from fitting.diagnosis import inquiry as inquiries
-from fitting.diagnosis.attribute import Attribution
-from fitting.diagnosis.constancy import Trend
 from fitting.diagnosis.diagnose import diagnose
+from fitting.diagnosis.how_far.shrink import Split
 from fitting.diagnosis.inquiry import Inquiry, _fits
-from fitting.diagnosis.judgement import Judgement
+from fitting.diagnosis.judging.judgement import Judgement
 from fitting.diagnosis.settings import DiagnosisSettings
-from fitting.diagnosis.shrink import Split
-from fitting.diagnosis.unrest import Unrest
+from fitting.diagnosis.unlisted.constancy import Trend
+from fitting.diagnosis.unlisted.unrest import Unrest
+from fitting.diagnosis.which.attribute import Attribution
 from fitting.progress import Silent
 from jaxstick.effect import AbstractEffect
 from jaxstick.effects.mains_hum import MainsHum
 from jaxstick.parts.drive import SineDrive
 from jaxstick.record import DataSet
-from tests.fitting.diagnosis.test_shrink import CLOSED
+from tests.fitting.diagnosis.how_far.test_shrink import CLOSED
 from tests.fitting.reference_data import WRONG, dataset, noisy, own_run
 
 HUMS = "run-2.csv"

@@ -10,16 +10,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from fitting.diagnosis.bench import Bench, Point
-from fitting.diagnosis.contacts import Chosen
 from fitting.diagnosis.findings import MOST_TIMES, TELLING, Plan, Proposal
-from fitting.diagnosis.ground import Ground
-from fitting.diagnosis.judgement import Judgement
+from fitting.diagnosis.judging.judgement import Judgement
+from fitting.diagnosis.lanes.bench import Bench, Point
+from fitting.diagnosis.lanes.wander import LEAST, OWN, START
 from fitting.diagnosis.next_run import left, rivals
+from fitting.diagnosis.noise.ground import Ground
 from fitting.diagnosis.planned import AMPLITUDES, BEYOND, CYCLES, plans, recorded
-from fitting.diagnosis.refit import Refit, refit
-from fitting.diagnosis.release import all_settled
-from fitting.diagnosis.wander import LEAST, OWN, START
+from fitting.diagnosis.refits.refit import Refit, refit
+from fitting.diagnosis.refits.release import all_settled
+from fitting.diagnosis.which.contacts import Chosen
 from fitting.diagnosis.words import proposed
 from fitting.problem import Problem, pose
 from fitting.settings import Settings

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis import turns
-from fitting.diagnosis.bench import Bench
-from fitting.diagnosis.contacts import Chosen
-from fitting.diagnosis.explanation import Explanation
-from fitting.diagnosis.ground import Ground
-from fitting.diagnosis.refit import Refit
-from fitting.diagnosis.scatter import Scatter
-from fitting.diagnosis.screen import Promise, Screen
-from fitting.diagnosis.shrink import Split
-from fitting.diagnosis.survey import Survey
+from fitting.diagnosis.how_far.shrink import Split
+from fitting.diagnosis.lanes.bench import Bench
+from fitting.diagnosis.noise.ground import Ground
+from fitting.diagnosis.noise.scatter import Scatter
+from fitting.diagnosis.refits.refit import Refit
+from fitting.diagnosis.which.contacts import Chosen
+from fitting.diagnosis.which.explanation import Explanation
+from fitting.diagnosis.which.screen import Promise, Screen
+from fitting.diagnosis.which.survey import Survey
 from fitting.problem import pose
 from fitting.progress import Silent
 from fitting.settings import Settings

@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from fitting.diagnosis.bursts import Bursts
-from fitting.diagnosis.clue import Clue
-from fitting.diagnosis.judgement import Judgement
-from fitting.diagnosis.model import Shelf
-from fitting.diagnosis.scatter import Scatter
-from fitting.diagnosis.unrest import Unrest
+from fitting.diagnosis.judging.judgement import Judgement
+from fitting.diagnosis.lanes.model import Shelf
+from fitting.diagnosis.noise.scatter import Scatter
+from fitting.diagnosis.unlisted.bursts import Bursts
+from fitting.diagnosis.unlisted.unrest import Unrest
+from fitting.diagnosis.where.clue import Clue
 from fitting.diagnosis.words import advice, in_turn, refutation, remainders, scattering, sentence, stiller
 from jaxstick.catalogue import catalogue
 

@@ -1,0 +1,1 @@
+"""From misfits to probabilities and a verdict."""

@@ -1,0 +1,1 @@
+"""Records cut into lanes, and the compiled model that simulates them all with any effects attached."""

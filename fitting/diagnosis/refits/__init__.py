@@ -1,0 +1,1 @@
+"""Hypotheses fitted to lanes, and how sure what they find is."""

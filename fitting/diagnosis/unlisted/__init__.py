@@ -1,0 +1,1 @@
+"""Signs of what no effect on the shelf does."""

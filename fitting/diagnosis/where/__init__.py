@@ -1,0 +1,1 @@
+"""Where simulation and records part, and what it is that the gap follows."""

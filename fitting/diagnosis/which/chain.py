@@ -1,0 +1,36 @@
+"""Two links of the measuring chain, the other way round: a force that is clipped before a hum comes to it
+shows another record than one that is clipped with the hum on it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+from fitting.diagnosis.judging.enough import passes_for_noise
+from fitting.diagnosis.lanes.bench import Bench, Point
+from fitting.diagnosis.lanes.model import Model
+from fitting.diagnosis.refits.refit import refit
+from fitting.diagnosis.which.explanation import Explanation
+from fitting.diagnosis.which.survey import freed
+
+
+def other_way_round(
+    model: Model, bench: Bench, pairs: Sequence[Explanation], floor: float
+) -> list[Explanation]:
+    """The pairs of which both are links of the measuring chain and which leave more than noise above the
+    `floor`, with the links in the other order, where they leave less so."""
+    effects = model.shelf.effects
+    chains = [e for e in pairs if len(e.keys) == 2 and all(effects[key].on_chain() for key in e.keys)]
+    chains = [e for e in chains if not passes_for_noise(e.refit.misfit / floor)]
+    if not chains:
+        return []
+    points = [_turned(e) for e in chains]
+    fits = refit(model, bench, points, [e.refit.free for e in chains], hopeless=1.0)
+    tried = [e.fitted(fit) for e, fit in zip(chains, fits, strict=True)]
+    better = [new for new, old in zip(tried, chains, strict=True) if new.refit.misfit < old.refit.misfit]
+    return freed(model, bench, better) if better else []
+
+
+def _turned(pair: Explanation) -> Point:
+    point = pair.refit.point
+    return dataclasses.replace(point, turned=point.acting(pair.keys)[::-1])

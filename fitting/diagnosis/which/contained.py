@@ -1,0 +1,39 @@
+"""What contains another hypothesis can leave no more than that: a refit that does has gone astray."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fitting.diagnosis.lanes.bench import Bench
+from fitting.diagnosis.lanes.model import Model
+from fitting.diagnosis.refits.refit import Refit
+from fitting.diagnosis.refits.release import borrowed, released
+from fitting.diagnosis.which.explanation import Explanation, best_of
+
+RIVALS = 1.15
+"""Where the best explanation leaves so many times less than the nominal model, those above that one are no
+rivals of it."""
+
+
+def lent(model: Model, bench: Bench, base: Refit, found: Sequence[Explanation]) -> list[Explanation]:
+    """Explanations that contain the base, in the same order; those that have ended above it with its lanes
+    and constants lent to them."""
+
+    def one(e: Explanation) -> Explanation:
+        return e.fitted(borrowed(model, bench, e.refit, base))
+
+    return model.side_by_side(one, found)
+
+
+def none_above(model: Model, bench: Bench, nominal: Refit, found: Sequence[Explanation]) -> list[Explanation]:
+    """The explanations, best first, of which those that have ended above the nominal model are freed of their
+    lost lanes and borrow from it; as they are where the best leaves far less than it."""
+    if nominal.misfit > RIVALS * min(e.refit.misfit for e in found):
+        return list(found)
+
+    def free(e: Explanation) -> Explanation:
+        return e.fitted(released(model, bench, e.refit))
+
+    above = [e for e in found if e.refit.misfit > nominal.misfit]
+    rest = [e for e in found if e.refit.misfit <= nominal.misfit]
+    return best_of([*rest, *lent(model, bench, nominal, model.side_by_side(free, above))])
