@@ -188,7 +188,7 @@ def confirmed(
 
     An effect that is named since it makes friction steadier, where there is no gap, explains what runs show
     that took no part, too, if it explains anything; but what closes a gap there need not make friction
-    steadier as well.
+    steadier as well. Where there is none to be closed, parameters that are not known well may open one.
     """
     least = 0.0 if closes(shrunk) else -math.inf
     others = {} if rival is None or shrunk.rival is None else {rival.keys: max(shrunk.rival, least)}
@@ -202,7 +202,8 @@ def confirmed(
         return refuted(judgement, UNLISTED)
     if found.shows_no_gap:
         return refuted(judgement, NONE) if worsens(shrunk) else judgement
-    return refuted(judgement, UNLISTED) if worsens(shrunk, CLEARLY) else judgement
+    clearly = max(CLEARLY, found.grows_by_chance(named.keys))
+    return refuted(judgement, UNLISTED) if worsens(shrunk, clearly) else judgement
 
 
 def _succeeded(

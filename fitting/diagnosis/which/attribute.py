@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -80,6 +80,13 @@ class Attribution:
         """The share of the lanes that the nominal model fits so much worse than the rest that they count for
         less than half."""
         return float(np.mean(self.nominal.weights < 0.5))
+
+    def grows_by_chance(self, keys: Collection[str]) -> float:
+        """How many times as large a gap that an explanation does not concern is with it, in the mean, on what
+        took no part: each of its parameters is known no better than what was fitted tells it, and adds its
+        variance to every residual, 1 + parameters inflation/samples of which is left."""
+        (parameters,) = (each.parameters for each in self.yardstick.accounts if {*each.keys} == {*keys})
+        return math.sqrt(1 + parameters * self.inflation / self.yardstick.samples)
 
     @property
     def shows_no_gap(self) -> bool:
