@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 from jaxtyping import Array, Float
 
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
-from jaxstick.parameter import parameter
+from jaxstick.parameter import parameter, part_of_it
 from jaxstick.parts.force_link import AbstractForceLink
 from jaxstick.parts.instrument import AbstractInstrument, Past
-from jaxstick.parts.lag import Lag, lagged, settled
+from jaxstick.parts.lag import Lag, Trail, lagged, settled, trailed
 from jaxstick.parts.motion import Motion, Scalar
 
 
 class ForceLowpass(AbstractEffect):
     """The recorded force f lags: f + time f' + curvature time^2 f'' = F.
 
-    A curvature near 0 is one RC stage, 1/4 two equal ones, 1/2 a Butterworth filter of second order.
+    A curvature near 0 is one RC stage, 1/4 two equal ones, 1/2 a Butterworth filter of second order. Filters
+    of higher order come as late but sharper: by the share `further` of the time a further RC stage lags
+    behind that filter, which lags by the rest of it.
     """
 
     card: ClassVar[Card] = Card(
@@ -57,23 +59,41 @@ class ForceLowpass(AbstractEffect):
         typical=0.1,
         default=0.1,
     )
+    further: Float[Array, ""] | float = part_of_it("share of the delay that a further RC stage has")
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
         return dataclasses.replace(
-            oscillator, instrument=_FilteredForce(oscillator.instrument, self.time, self.curvature)
+            oscillator,
+            instrument=_FilteredForce(
+                oscillator.instrument,
+                (1 - self.further) * self.time,
+                self.curvature,
+                self.further * self.time,
+            ),
         )
+
+
+class _Stages(NamedTuple):
+    """The filter, and the further stage behind it."""
+
+    filter: Lag
+    further: Trail
 
 
 class _FilteredForce(AbstractForceLink):
     inner: AbstractInstrument
     time: Scalar
     curvature: Scalar
+    further: Scalar
 
-    def begin(self, motion: Motion, friction: Scalar, past: Past) -> Lag:
-        return settled(friction, past.change(friction, self.time))
+    def begin(self, motion: Motion, friction: Scalar, past: Past) -> _Stages:
+        before = settled(friction, past.change(friction, self.time))
+        read = friction - past.change(friction, self.time + self.further)
+        return _Stages(before, Trail(read, before.level))
 
-    def follow(self, own: Lag, motion: Motion, friction: Scalar, step: Scalar) -> Lag:
-        return lagged(own, friction, step, self.time, self.curvature)
+    def follow(self, own: _Stages, motion: Motion, friction: Scalar, step: Scalar) -> _Stages:
+        before = lagged(own.filter, friction, step, self.time, self.curvature)
+        return _Stages(before, trailed(own.further, before.level, step, self.further))
 
-    def passed(self, own: Lag, motion: Motion, friction: Scalar) -> Scalar:
-        return own.level
+    def passed(self, own: _Stages, motion: Motion, friction: Scalar) -> Scalar:
+        return own.further.level

@@ -116,13 +116,19 @@ def response(reading: np.ndarray, frequency: float) -> complex:
 
 
 @pytest.mark.parametrize("frequency", [5.0, 20.0, 80.0])
-@pytest.mark.parametrize("curvature", [0.0, 0.25, 0.5])
-def test_the_lowpass_answers_a_sine_as_its_differential_equation_does(frequency, curvature):
+@pytest.mark.parametrize(
+    ("curvature", "further"), [(0.0, 0.0), (0.25, 0.0), (0.5, 0.0), (0.25, 1 / 3), (0.5, 1.0)]
+)
+def test_the_lowpass_answers_a_sine_as_its_differential_equation_does(frequency, curvature, further):
     delay = 3e-3
-    seen = recorded(instrument("force_lowpass", time=delay, curvature=curvature), sine(frequency)).friction
+    filtered = instrument("force_lowpass", time=delay, curvature=curvature, further=further)
+    seen = recorded(filtered, sine(frequency)).friction
     s = 2j * np.pi * frequency
-    expected = 1 / (1 + delay * s + max(curvature, 1e-3) * (delay * s) ** 2)
-    assert abs(response(seen, frequency) / expected - 1) < 1e-3 + (2 * np.pi * frequency * STEP) ** 2 / 12
+    first, last = (1 - further) * delay * s, further * delay * s
+    expected = 1 / (1 + first + max(curvature, 1e-3) * first**2) / (1 + last)
+    stages = 1 if further == 0.0 else 2
+    off = stages * (2 * np.pi * frequency * STEP) ** 2 / 12
+    assert abs(response(seen, frequency) / expected - 1) < 1e-3 + off
 
 
 def test_the_lowpass_with_one_stage_relaxes_exponentially():
@@ -140,6 +146,7 @@ def test_no_step_is_too_long_or_too_short_for_a_lag(step):
     """Behind a ramp every lag settles at ramp less slope times its delay."""
     for key, values, delay in (
         ("force_lowpass", {"time": 2e-3, "curvature": 0.5}, 2e-3),
+        ("force_lowpass", {"time": 2e-3, "curvature": 0.5, "further": 0.4}, 2e-3),
         ("force_table_compliance", {"share": 1.0, "damping": 0.3}, 2 * 0.3 / (2 * math.pi * 46.0)),
     ):
         seen = recorded(
@@ -570,6 +577,7 @@ def test_an_instrument_is_told_acceleration_and_rate_of_the_force_at_the_start()
     [
         ("force_delay", {"delay": 2e-3}),
         ("force_lowpass", {"time": 2e-3, "curvature": 0.3}),
+        ("force_lowpass", {"time": 2e-3, "curvature": 0.3, "further": 0.5}),
         ("displacement_delay", {"delay": 2e-3}),
         ("force_hysteresis", {"width": 0.1}),
     ],

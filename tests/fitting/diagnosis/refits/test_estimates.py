@@ -27,11 +27,11 @@ def test_a_shape_known_to_within_itself_may_be_nothing(known: float):
     model = Model(pose(dataset(run), Settings()), 1)
     free = model.of("force_lowpass")
     coordinates = model.origin({})
-    for place, value in zip(free.tolist(), (TIME, CURVATURE), strict=True):
+    for place, value in zip(free.tolist(), (TIME, CURVATURE, 0.3), strict=True):
         coordinates[place] = model.members[place].to_coordinate(value)
     fit: Any = SimpleNamespace(free=free, point=SimpleNamespace(coordinates=coordinates))
-    spread = np.array([0.05 * coordinates[free[0]], known])
-    time, curvature = _effects(model, fit, ("force_lowpass",), spread, QUANTILE)["force_lowpass"]
+    spread = np.array([0.05 * coordinates[free[0]], known, 0.1])
+    time, curvature, _ = _effects(model, fit, ("force_lowpass",), spread, QUANTILE)["force_lowpass"]
     assert (time.low, time.high) == pytest.approx((0.9 * TIME, 1.1 * TIME))
     assert curvature.high == pytest.approx(CURVATURE * np.exp(QUANTILE * known))
     if QUANTILE * known < 1:
