@@ -5,12 +5,13 @@ from __future__ import annotations
 import dataclasses
 from typing import ClassVar
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
-from jaxstick.parameter import parameter
+from jaxstick.parameter import parameter, part_of_it
 from jaxstick.parts.drive import AbstractDrive, Excitation, Extent
 from jaxstick.parts.motion import Scalar
 
@@ -18,8 +19,10 @@ from jaxstick.parts.motion import Scalar
 class BaseDelay(AbstractEffect):
     """The base does at time t what is recorded at t + delay; an applied force is not shifted.
 
-    The record is read at the shifted time rather than expanded around t: the second derivative of a spline
-    through noisy samples is far noisier than the spline. Where a drive ends, its last piece is continued.
+    By the share `rounded` of the delay the record lags behind the base as an RC filter does, of which the
+    base is y = r + lag r', r the record at t + delay - lag. The rest of it is read at the shifted time
+    rather than expanded around t: the second derivative of a spline through noisy samples is far noisier than
+    the spline. Where a drive ends, its last piece is continued.
     """
 
     card: ClassVar[Card] = Card(
@@ -47,17 +50,23 @@ class BaseDelay(AbstractEffect):
         typical=0.005,
         default=0.0,
     )
+    rounded: Float[Array, ""] | float = part_of_it("share of the delay that an RC filter has")
 
     def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(oscillator, drive=_LateBase(oscillator.drive, self.delay))
+        lag = self.rounded * self.delay
+        return dataclasses.replace(oscillator, drive=_LateBase(oscillator.drive, self.delay - lag, lag))
 
 
 class _LateBase(AbstractDrive):
     inner: AbstractDrive
     delay: Scalar
+    lag: Scalar
 
     def at(self, t: ArrayLike) -> Excitation:
-        return self.inner.at(jnp.asarray(t) + self.delay)._replace(u=self.inner.at(t).u)
+        t = jnp.asarray(t, float)
+        read, rate = jax.jvp(self.inner.at, (t + self.delay,), (jnp.ones_like(t),))
+        base = jax.tree.map(lambda value, change: value + self.lag * change, read, rate)
+        return base._replace(u=self.inner.at(t).u)
 
     def extent(self) -> Extent:
         return self.inner.extent()

@@ -494,6 +494,18 @@ def test_a_late_base_is_a_drive_ahead_of_its_record():
     np.testing.assert_allclose(seen.displacement, ahead.displacement, atol=1e-12)
 
 
+@pytest.mark.parametrize("rounded", [0.3, 1.0])
+def test_a_filtered_base_is_larger_than_its_record_and_ahead_of_it(rounded):
+    """As 1 + i omega lag says, with all its derivatives."""
+    delay, omega = 30e-3, 2 * np.pi * 1.5
+    lag = rounded * delay
+    ahead = omega * (delay - lag) + np.arctan(omega * lag)
+    true = SineDrive(1.5, 10.325e-3 * np.hypot(1.0, omega * lag), phase=ahead)
+    seen = chain(NOMINAL, "base_delay", delay=delay, rounded=rounded).drive.at(TIME)
+    for part, expected in zip(seen[:3], true.at(TIME)[:3], strict=True):
+        np.testing.assert_allclose(part, expected, atol=1e-9 * np.max(np.abs(expected)))
+
+
 def test_a_late_base_acts_alike_on_a_sine_and_on_its_record():
     times = 2e-3 * np.arange(401)
     record = RecordedDrive.through(0.0, 2e-3, 10.325e-3 * np.sin(2 * np.pi * 1.5 * times))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.judging.enough import hints, leaves_nothing, suffices
-from fitting.diagnosis.judging.judge import LEAST_INFLATION, judge, pieces_of_evidence
+from fitting.diagnosis.judging.judge import HIDDEN, LEAST_INFLATION, TAKEN_FOR, judge, pieces_of_evidence
 from fitting.diagnosis.judging.single import AMONG
 from fitting.diagnosis.judging.verdict import alternatives, verdict_of
 from tests.fitting.diagnosis.judged import SAMPLES, SHELF, account, both
@@ -226,11 +226,12 @@ def test_what_is_off_the_shelf_is_no_steadier_for_what_two_do():
 def test_scatter_hides_what_else_would_be_told():
     """It takes nothing away from an effect that closes a large gap; the verdicts stay."""
     small = [account(0, 1.019), account(1, 1.0195)]
-    for nominal, accounts, least in ((1.02, small, 0.1), (1.2, [account(0, 1.0)], 0.3)):
+    mistaken = TAKEN_FOR * math.exp(-0.2)
+    for nominal, accounts, moved in ((1.02, small, HIDDEN), (1.2, [account(0, 1.0)], mistaken)):
         still = judge(nominal, accounts, SAMPLES, 2.0, SHELF)
         found = judge(nominal, accounts, SAMPLES, 2.0, SHELF, hidden=SHELF)
         assert (found.verdict, found.named) == (still.verdict, still.named)
-        assert found.effects["unlisted"] - still.effects["unlisted"] > 0.9 * least
+        assert found.effects["unlisted"] - still.effects["unlisted"] > 0.9 * moved
         assert sum(found.effects.values()) == pytest.approx(1.0)
         assert list(found.explanations) == list(still.explanations)
     nothing = judge(1.02, small, SAMPLES, 2.0, SHELF, hidden=SHELF)
