@@ -26,7 +26,7 @@ from fitting.diagnosis.refits.refit import Refit, refit
 from fitting.diagnosis.refits.release import borrowed, released
 from fitting.diagnosis.which.chain import other_way_round
 from fitting.diagnosis.which.contacts import NOTABLE, carried
-from fitting.diagnosis.which.contained import lent, none_above
+from fitting.diagnosis.which.contained import brought_level, lent, none_above
 from fitting.diagnosis.which.explanation import Explanation, best_of
 from fitting.diagnosis.which.in_step import in_step
 from fitting.diagnosis.which.pairs import each_alone, in_place_of_either, pairs_beside, with_still_friction
@@ -155,6 +155,7 @@ def attribute(
     if pairs:
         pairs = best_of([*pairs, *other_way_round(model, bench, pairs[:BEST], floor)])
         found = best_of([*singles, *pairs, *each_alone(model, bench, singles, pairs, first)])
+    found = brought_level(model, bench, found)
     return _weighed(model, bench, nominal, found, first, _inflation(bench, around), floor)
 
 

@@ -1,4 +1,5 @@
-"""What contains another hypothesis can leave no more than that: a refit that does has gone astray."""
+"""What contains another hypothesis can leave no more than that, and what leaves a little more than the best
+may leave as little: refits that end above have gone astray, or stopped early."""
 
 from __future__ import annotations
 
@@ -13,6 +14,9 @@ from fitting.diagnosis.which.explanation import Explanation, best_of
 RIVALS = 1.15
 """Where the best explanation leaves so many times less than the nominal model, those above that one are no
 rivals of it."""
+CLOSE = 1.05
+"""What leaves no more than so many times what the best does may have stopped early."""
+FEW = 3
 
 
 def lent(model: Model, bench: Bench, base: Refit, found: Sequence[Explanation]) -> list[Explanation]:
@@ -37,3 +41,15 @@ def none_above(model: Model, bench: Bench, nominal: Refit, found: Sequence[Expla
     above = [e for e in found if e.refit.misfit > nominal.misfit]
     rest = [e for e in found if e.refit.misfit <= nominal.misfit]
     return best_of([*rest, *lent(model, bench, nominal, model.side_by_side(free, above))])
+
+
+def brought_level(model: Model, bench: Bench, found: Sequence[Explanation]) -> list[Explanation]:
+    """The explanations, best first; the few next ones that leave hardly more than the best, and have no more
+    effects and none fewer, with its lanes and constants lent to them. An offset, say, is a high-pass without
+    a corner: which of them a search has followed further must not decide between them."""
+    best, *others = found = best_of(found)
+    close = [
+        e for e in others if e.refit.misfit < CLOSE * best.refit.misfit and len(e.keys) == len(best.keys)
+    ][:FEW]
+    rest = [e for e in found if all(e is not one for one in close)]
+    return best_of([*rest, *lent(model, bench, best.refit, close)])

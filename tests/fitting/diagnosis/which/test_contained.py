@@ -12,12 +12,13 @@ from fitting.diagnosis.lanes.bench import Bench
 from fitting.diagnosis.lanes.model import Model
 from fitting.diagnosis.refits.refit import Refit, refit
 from fitting.diagnosis.which import contained
-from fitting.diagnosis.which.contained import none_above
+from fitting.diagnosis.which.contained import CLOSE, brought_level, none_above
 from fitting.diagnosis.which.explanation import Explanation
 from tests.fitting.diagnosis.grounded import fitted_from_the_truth
 from tests.fitting.reference_data import WRONG
 
 LOST = slice(2, 9)
+EARLY = 2e-6
 
 
 @pytest.fixture(scope="module")
@@ -57,3 +58,17 @@ def test_what_is_no_rival_stays_as_it_is(nominal, monkeypatch):
     for name in ("released", "borrowed"):
         monkeypatch.setattr(contained, name, None)
     assert none_above(model, bench, worse, [good, astray]) == [good, astray]
+
+
+def test_what_has_stopped_a_little_above_the_best_is_brought_level(nominal):
+    """Some lanes thrown off by two micrometres: a search that asks for more than they promise has
+    stopped there. What leaves far more stays as it is, and so do two effects."""
+    model, bench, _ = nominal
+    best = explained(nominal, "force_offset", np.zeros(3), LOST)
+    early = explained(nominal, "friction_drift", np.array([EARLY, 0.0, 0.0]), LOST)
+    far = explained(nominal, "constant_force", np.array([1e-4, 0.0, 0.0]), LOST)
+    pair = dataclasses.replace(early, keys=("friction_drift", "force_gain"))
+    assert 1.002 < early.refit.misfit / best.refit.misfit < CLOSE < far.refit.misfit / best.refit.misfit
+    found = {e.keys: e for e in brought_level(model, bench, [far, early, pair, best])}
+    assert found[far.keys] is far and found[pair.keys] is pair and len(found) == 4
+    assert found[early.keys].refit.misfit < 1.001 * best.refit.misfit
