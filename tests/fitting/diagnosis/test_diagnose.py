@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import types
 from typing import Any
 
@@ -75,6 +76,7 @@ def once_confirmed(nominal: float, account: Account, samples: float, shrunk: Clo
         judgement=judgement,
         nominal=types.SimpleNamespace(cost=np.array([nominal])),
         shows_no_gap=passes_for_noise(nominal),
+        grows_by_chance=lambda keys: math.sqrt(1 + 1.5 * account.parameters / samples),
     )
     return confirmed(found, named, shrunk).verdict
 
