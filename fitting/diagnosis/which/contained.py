@@ -51,5 +51,7 @@ def brought_level(model: Model, bench: Bench, found: Sequence[Explanation]) -> l
     close = [
         e for e in others if e.refit.misfit < CLOSE * best.refit.misfit and len(e.keys) == len(best.keys)
     ][:FEW]
+    if not close:
+        return found
     rest = [e for e in found if all(e is not one for one in close)]
     return best_of([*rest, *lent(model, bench, best.refit, close)])
