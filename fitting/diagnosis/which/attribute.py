@@ -82,9 +82,9 @@ class Attribution:
         return float(np.mean(self.nominal.weights < 0.5))
 
     def grows_by_chance(self, keys: Collection[str]) -> float:
-        """How many times as large a gap that an explanation does not concern is with it, in the mean, on what
-        took no part: each of its parameters is known no better than what was fitted tells it, and adds its
-        variance to every residual, 1 + parameters inflation/samples of which is left."""
+        """How many times as large a gap is with an explanation as without, in the mean, on what took no part
+        where its effects do not show: its parameters are known no better than what was fitted tells them, by
+        which chi-square is 1 + parameters inflation/samples times as large."""
         (parameters,) = (each.parameters for each in self.yardstick.accounts if {*each.keys} == {*keys})
         return math.sqrt(1 + parameters * self.inflation / self.yardstick.samples)
 

@@ -17,6 +17,7 @@ rivals of it."""
 CLOSE = 1.05
 """What leaves no more than so many times what the best does may have stopped early."""
 FEW = 3
+"""So many of these at most are fitted again."""
 
 
 def lent(model: Model, bench: Bench, base: Refit, found: Sequence[Explanation]) -> list[Explanation]:
@@ -44,9 +45,9 @@ def none_above(model: Model, bench: Bench, nominal: Refit, found: Sequence[Expla
 
 
 def brought_level(model: Model, bench: Bench, found: Sequence[Explanation]) -> list[Explanation]:
-    """The explanations, best first; the few next ones that leave hardly more than the best, and have no more
-    effects and none fewer, with its lanes and constants lent to them. An offset, say, is a high-pass without
-    a corner: which of them a search has followed further must not decide between them."""
+    """The explanations, best first; the next ones that leave hardly more than the best, and have as many
+    effects, with its lanes and constants lent to them. An offset, say, is a high-pass without a corner: which
+    of the two a search has followed further must not decide between them."""
     best, *others = found = best_of(found)
     close = [
         e for e in others if e.refit.misfit < CLOSE * best.refit.misfit and len(e.keys) == len(best.keys)
