@@ -21,8 +21,8 @@ FEW = 3
 
 
 def lent(model: Model, bench: Bench, base: Refit, found: Sequence[Explanation]) -> list[Explanation]:
-    """Explanations that contain the base, in the same order; those that have ended above it with its lanes
-    and constants lent to them."""
+    """Explanations in the same order; those that have ended above the base with its lanes and constants lent
+    to them, where that makes them better."""
 
     def one(e: Explanation) -> Explanation:
         return e.fitted(borrowed(model, bench, e.refit, base))
@@ -54,5 +54,4 @@ def brought_level(model: Model, bench: Bench, found: Sequence[Explanation]) -> l
     ][:FEW]
     if not close:
         return found
-    rest = [e for e in found if all(e is not one for one in close)]
-    return best_of([*rest, *lent(model, bench, best.refit, close)])
+    return best_of([*found, *lent(model, bench, best.refit, close)])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import types
 from typing import Any
 
@@ -12,15 +11,15 @@ import pytest
 
 from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.diagnose import diagnose
-from fitting.diagnosis.findings import Closure, Diagnosis
+from fitting.diagnosis.findings import Closure, Diagnosis, Yardstick
 from fitting.diagnosis.inquiry import confirmed
-from fitting.diagnosis.judging.enough import passes_for_noise
 from fitting.diagnosis.judging.judge import judge
 from fitting.diagnosis.lanes.model import Model
 from fitting.diagnosis.noise.ground import ground
 from fitting.diagnosis.refits.refit import refit
 from fitting.diagnosis.save import save_diagnosis
 from fitting.diagnosis.settings import DiagnosisSettings
+from fitting.diagnosis.which.attribute import Attribution
 from fitting.problem import pose
 from fitting.progress import Silent
 from fitting.settings import Settings
@@ -72,12 +71,10 @@ def once_confirmed(nominal: float, account: Account, samples: float, shrunk: Clo
     named: Any = types.SimpleNamespace(
         keys=account.keys, refit=types.SimpleNamespace(cost=np.array([account.misfit]))
     )
-    found: Any = types.SimpleNamespace(
-        judgement=judgement,
-        nominal=types.SimpleNamespace(cost=np.array([nominal])),
-        shows_no_gap=passes_for_noise(nominal),
-        grows_by_chance=lambda keys: math.sqrt(1 + 1.5 * account.parameters / samples),
-    )
+    left: Any = types.SimpleNamespace(cost=np.array([nominal]), misfit=nominal)
+    screen: Any = None
+    against = Yardstick(nominal, 1.0, samples, 1.5, accounts=(account,))
+    found = Attribution(left, (), screen, judgement, against)
     return confirmed(found, named, shrunk).verdict
 
 

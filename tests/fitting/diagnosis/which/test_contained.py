@@ -1,4 +1,4 @@
-"""What contains the nominal model and has ended above it."""
+"""What contains the nominal model and has ended above it, and what has ended a little above the best."""
 
 from __future__ import annotations
 
