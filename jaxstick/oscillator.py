@@ -102,7 +102,7 @@ class Oscillator(eqx.Module):
         traction = self.traction(law, motion)
         motion = motion._replace(since=self._since_rest(motion, start, traction))
         rig = self.rig.initial(motion)
-        rates = None if start.track is None else self._slid(start.track).rates(motion.slide_rate)
+        rates = None if start.track is None else self._slid(start.track).rates()
         approach = Approach(start.friction, motion.slide_rate, start.rest, start.slid, rates)
         friction, contact = self.contact.initial(approach, traction)
         motion = motion._replace(track=None, a=(self.rig.force(rig, motion) + friction) / self.rig.inertia())

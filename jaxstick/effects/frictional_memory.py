@@ -11,8 +11,9 @@ from jaxtyping import Array, Float
 from jaxstick.effect import AbstractEffect, Card
 from jaxstick.oscillator import Oscillator
 from jaxstick.parameter import parameter, part_of_it
+from jaxstick.parts.by_few import by_few
 from jaxstick.parts.contact import AbstractContact, Approach, Grip, Passage, Traction
-from jaxstick.parts.lag import Lag, followed, lagged, settled
+from jaxstick.parts.lag import Lag, fading, followed, passed, settled
 from jaxstick.parts.motion import Scalar
 from jaxstick.parts.track import Trace
 
@@ -107,10 +108,9 @@ class _Lagging(AbstractContact):
         if approach.rates is None:
             lags = _Lags(*(settled(rate, jnp.zeros_like(rate)) for rate in _both(approach.rate)))
         else:
-            before = approach.rates
-            ages = jnp.asarray(before.lags).at[1:].add(self.per_speed * jnp.cumsum(before.ways()))
-            traces = (Trace(ages, jnp.asarray(each)) for each in _both(jnp.asarray(before.values)))
-            lags = _Lags(*(followed(trace, self.lag, self.curvature) for trace in traces))
+            known = (approach.rate, self.lag, self.curvature, self.per_speed)
+            numbers = jnp.stack([jnp.asarray(number) for number in known])
+            lags = _Lags(*(Lag(*lag) for lag in by_few(_led, numbers, approach.rates)))
         follows = INSTANT / (self.lag + INSTANT)
         seen = self._seen(lags)
 
@@ -126,9 +126,10 @@ class _Lagging(AbstractContact):
         inner, lags = state
         step = passage.step + self.per_speed * jnp.abs(passage.slide)
 
+        fades = fading(step, self.lag, self.curvature)
+
         def after(rate: Scalar) -> _Lags:
-            steps = zip(lags, _both(rate), strict=True)
-            return _Lags(*(lagged(own, to, step, self.lag, self.curvature) for own, to in steps))
+            return _Lags(*(passed(own, to, fades) for own, to in zip(lags, _both(rate), strict=True)))
 
         remembering = traction._replace(
             limit=lambda rate, sense: traction.limit(self._seen(after(rate)), sense)
@@ -139,6 +140,15 @@ class _Lagging(AbstractContact):
     def _seen(self, lags: _Lags) -> Scalar:
         """The speed that the law sees [m/s]."""
         return (1 - self.unsigned) * jnp.abs(lags.velocity.level) + self.unsigned * lags.speed.level
+
+
+def _led(numbers: Array, before: Trace) -> Array:
+    """What the sliding before the start has led to, of the velocity and of its size."""
+    rate, lag, curvature, per_speed = numbers
+    before = before.up_to(rate)
+    ages = jnp.asarray(before.lags).at[1:].add(per_speed * jnp.cumsum(before.ways()))
+    traces = (Trace(ages, jnp.asarray(each)) for each in _both(jnp.asarray(before.values)))
+    return jnp.stack([jnp.stack(followed(trace, lag, curvature)) for trace in traces])
 
 
 def _both(rate: Scalar) -> tuple[Scalar, Scalar]:

@@ -127,4 +127,4 @@ class _Weakening(AbstractContact):
 def _travelled(rates: Trace, now: Scalar) -> Array:
     """The distance travelled in one direction up to now [m], as far back as the sliding velocities go."""
     onward = jnp.cumprod(jnp.where(jnp.asarray(rates.values) * now > 0, 1.0, 0.0))
-    return jnp.sum(onward[1:] * rates.ways())
+    return jnp.sum(onward * rates.up_to(now).ways())

@@ -66,14 +66,16 @@ class Trace(NamedTuple):
         beyond = jnp.where(turns, slope**2 / (4 * jnp.where(turns, bend, 1.0)), 0.0)
         return x.at[1:-1].add(-beyond)
 
-    def rates(self, now: Array | float) -> Trace:
-        """The rate of it: `now` at the start, before that the slopes between the points, each in the middle
-        of two."""
-        lags, x = jnp.asarray(self.lags), jnp.asarray(self.values)
-        slopes = -jnp.diff(x) / jnp.diff(lags)
-        middles = (lags[:-1] + lags[1:]) / 2
+    def rates(self) -> Trace:
+        """The rate of it before the start: the slopes between the points, each in the middle of two."""
+        lags = jnp.asarray(self.lags)
+        return Trace((lags[:-1] + lags[1:]) / 2, -jnp.diff(jnp.asarray(self.values)) / jnp.diff(lags))
+
+    def up_to(self, now: Array | float) -> Trace:
+        """The trace of something that was not known at the start, where it is `now`."""
+        lags, values = jnp.asarray(self.lags), jnp.asarray(self.values)
         return Trace(
-            jnp.concatenate([lags[:1], middles]), jnp.concatenate([jnp.atleast_1d(jnp.asarray(now)), slopes])
+            jnp.concatenate([jnp.zeros(1), lags]), jnp.concatenate([jnp.atleast_1d(jnp.asarray(now)), values])
         )
 
 

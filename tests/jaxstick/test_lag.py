@@ -15,7 +15,7 @@ VALUES = np.array([1.0, -0.5, 0.3, 0.3, 2.0, 1.5])
 
 
 @pytest.mark.parametrize("curvature", [0.0, 0.2, 0.25, 0.45, 400.0])
-@pytest.mark.parametrize("time", [1e-7, 0.03, 5.0])
+@pytest.mark.parametrize("time", [0.0, 1e-7, 0.03, 5.0])
 def test_what_follows_a_trace_is_where_step_after_step_leads(time: float, curvature: float) -> None:
     """From the oldest point on, settled there; and so are its derivatives by the time."""
 
