@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
@@ -146,7 +147,8 @@ class Closure:
     logarithm of how many times less a segment costs with the named effects, which few segments do not decide;
     steadier: the logarithm of how much likelier they make the levels of friction from segment to segment,
     negative where these are less likely with them; rival: the same of what comes nearest to the named effects
-    and shares one with them, None for no such.
+    and shares one with them, None for no such; significance: by how many standard deviations the gap before
+    stands above the floor, counted by segments.
     """
 
     before: float
@@ -162,6 +164,7 @@ class Closure:
     gain: float = 0.0
     steadier: float = 0.0
     rival: float | None = None
+    significance: float = math.inf
 
 
 class Plan(NamedTuple):

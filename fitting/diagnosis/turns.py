@@ -59,7 +59,9 @@ def _first(
     """The first survey: on the bench as it was laid out, or weighed at once by what does not repeat itself
     where that is a good part of what the nominal model leaves, and is notable under what is found then, too:
     what keeps another time than the excitation does not repeat itself either, until it is in the model,
-    alone or beside what was found."""
+    alone or beside what was found. Where what is found so leads nowhere it is sought in units of the noise
+    as well, and found where all repeats itself once it is in the model: a table that rings through stick and
+    slip does not come to rest between two cycles."""
     model, begins = paper.model, paper.ground.begins
     nominal, known = nominal_on(model, plain, begin), ()
     if floor_of(model, plain, [nominal]) > max(NOTABLE, MOSTLY * nominal.misfit):
@@ -70,7 +72,10 @@ def _first(
         if floor_of(model, plain, [best.refit]) > NOTABLE:
             two = in_another_time(model, plain, best, seen.screen.shapes, progress)
             if two is None:
-                return chosen, bench, seen
+                unweighed = None if seen.leads else survey(model, plain, nominal, begins, progress, known)
+                if unweighed is None or unweighed.scatters:
+                    return chosen, bench, seen
+                return paper, plain, unweighed
             known = two, best
     seen = survey(model, plain, nominal, begins, progress, known)
     return paper, plain, _with_another_time(model, plain, seen, progress)

@@ -127,6 +127,15 @@ def only_there(shrunk: Closure) -> str:
     )
 
 
+def few_there(shrunk: Closure) -> str:
+    """What is to be known where nothing is found, and next to all that took no part agrees with that."""
+    return (
+        f"On {_held(shrunk)} that took no part the gap is {shrunk.before:.3g} times the noise, but so few of "
+        "their segments show it that it may be chance: from a start near the limit of friction a mass may as "
+        "well slip as stick."
+    )
+
+
 def _listed(keys: Sequence[str], last: str = "and") -> str:
     return f" {last} ".join(filter(None, (", ".join(keys[:-1]), keys[-1])))
 

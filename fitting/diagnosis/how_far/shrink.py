@@ -12,7 +12,7 @@ from fitting.cycle import frequency_of
 from fitting.diagnosis.findings import Closure
 from fitting.diagnosis.how_far.elsewhere import elsewhere
 from fitting.diagnosis.lanes.bench import Bench, Point
-from fitting.diagnosis.lanes.cost import misfit_of
+from fitting.diagnosis.lanes.cost import misfit_of, significance
 from fitting.diagnosis.lanes.model import Model
 from fitting.diagnosis.lanes.steadiness import steadier
 from fitting.diagnosis.noise.repeatability import unrepeated
@@ -142,6 +142,7 @@ def closure(
         gain=gain(results["nominal"], results["named"]),
         steadier=steadied("named"),
         rival=steadied("rival") if "rival" in fits else None,
+        significance=significance(costs["nominal"] - floor**2 * dof),
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fitting.diagnosis.lanes.columns import Columns
@@ -31,3 +33,10 @@ def data_cost(columns: Columns) -> np.ndarray:
 
 def _finite(cost: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(cost), cost, BROKEN)
+
+
+def significance(excess: np.ndarray) -> float:
+    """By how many standard deviations a sum over lanes stands above zero, by how they scatter around their
+    mean: what one lane has alone comes to one."""
+    spread = float(np.std(excess)) * math.sqrt(len(excess))
+    return float(np.sum(excess)) / max(spread, 1e-300)

@@ -12,6 +12,7 @@ import numpy as np
 from fitting.account import joined
 from fitting.diagnosis.findings import ResidualForce, Where
 from fitting.diagnosis.lanes.bench import Bench, Point
+from fitting.diagnosis.lanes.cost import significance
 from fitting.diagnosis.lanes.model import Model
 from fitting.diagnosis.lanes.phases import AT_REST, phases_of
 from fitting.diagnosis.refits.refit import Refit
@@ -88,7 +89,6 @@ def localise(
     phases = phases_of(seen.velocity, seen.counts, bench.samples(problem.period))
     by_lane = over.sum(axis=(1, 2))
     total = float(dof.sum())
-    spread = float(np.std(by_lane) * math.sqrt(len(by_lane)))
     return Where(
         channel=shares({"displacement": over[:, :, 0].sum(), "friction": over[:, :, 1].sum()}),
         phase=shares({name: over[mask].sum() for name, mask in phases.items()}),
@@ -102,7 +102,7 @@ def localise(
         time=_by_time(problem, segments, over),
         side=_sides(model, found),
         excess=float(by_lane.sum()) / total,
-        significance=float(by_lane.sum()) / max(spread, 1e-300),
+        significance=significance(by_lane),
     )
 
 

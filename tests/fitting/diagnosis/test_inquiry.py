@@ -62,22 +62,27 @@ def test_a_gap_in_runs_that_are_to_be_held_out_is_said_to_be_there():
 
 
 @pytest.mark.parametrize(
-    ("verdict", "before", "scatters", "gapes"),
+    ("verdict", "before", "scatters", "significance", "gapes"),
     [
-        ("none", 1.2, False, True),
-        ("none", 1.05, False, False),
-        ("none", 1.2, True, False),
-        ("effect", 1.2, False, False),
+        ("none", 1.2, False, 4.0, True),
+        ("none", 1.05, False, 4.0, False),
+        ("none", 1.2, True, 4.0, False),
+        ("effect", 1.2, False, 4.0, False),
+        ("none", 1.2, False, 1.8, False),
     ],
 )
-def test_a_gap_only_there_is_none_where_something_was_found_or_friction_scatters(
-    verdict, before, scatters, gapes
+def test_a_gap_only_there_is_none_where_something_was_found_or_friction_scatters_or_few_segments_show_it(
+    verdict, before, scatters, significance, gapes
 ):
     blank: Any = None
     found: Any = SimpleNamespace(judgement=SimpleNamespace(verdict=verdict))
     bench: Any = SimpleNamespace(scatters=scatters)
-    shrunk = dataclasses.replace(CLOSED, before=before, floor=1.0)
-    assert Inquiry(blank, bench, blank, found, None, shrunk).gapes_only_there is gapes
+    shrunk = dataclasses.replace(CLOSED, before=before, floor=1.0, significance=significance)
+    inquiry = Inquiry(blank, bench, blank, found, None, shrunk)
+    assert inquiry.gapes_only_there is gapes
+    said = inquiry.with_astray_said().doubts
+    assert len(said) == (significance < 2)
+    assert all("so few of their segments" in doubt for doubt in said)
 
 
 def inquiry(

@@ -19,7 +19,7 @@ from fitting.diagnosis.refits.refit import Refit
 from fitting.diagnosis.which.contacts import Chosen
 from fitting.diagnosis.which.explanation import Explanation
 from fitting.diagnosis.which.screen import Promise, Screen
-from fitting.diagnosis.which.survey import Survey
+from fitting.diagnosis.which.survey import NOTABLE, Survey
 from fitting.problem import pose
 from fitting.progress import Silent
 from fitting.settings import Settings
@@ -155,6 +155,15 @@ def test_what_keeps_another_time_beside_another_effect_is_no_scatter(laid, monke
     chosen, bench, seen = surveyed(laid, monkeypatch, *script, floors=floors, two=both)
     assert chosen is laid.paper and bench is laid.plain and not seen.scatters
     assert [e.keys for e in seen.found] == [both.keys, (UNEVEN,)]
+
+
+@pytest.mark.parametrize("floor", [1.0, 1.3])
+def test_what_nothing_explains_once_weighed_is_sought_in_units_of_the_noise(laid, monkeypatch, floor):
+    """A table that rings on from cycle to cycle, say; what scatters under that as well is scatter."""
+    script = (laid.poor, 1.6, 1.0), (laid.right, 1.0, floor)
+    chosen, bench, seen = surveyed(laid, monkeypatch, *script, floors=(65.0, 40.0))
+    assert (chosen is laid.paper and bench is laid.plain) is (floor <= NOTABLE)
+    assert bench.scatters is (floor > NOTABLE)
 
 
 def test_what_was_overrated_is_found_anew_and_not_on_top(laid, monkeypatch):
