@@ -161,7 +161,7 @@ def test_what_keeps_another_time_beside_another_effect_is_no_scatter(laid, monke
 def test_what_nothing_explains_once_weighed_is_sought_in_units_of_the_noise(laid, monkeypatch, floor):
     """A table that rings on from cycle to cycle, say; what scatters under that as well is scatter."""
     script = (laid.poor, 1.6, 1.0), (laid.right, 1.0, floor)
-    chosen, bench, seen = surveyed(laid, monkeypatch, *script, floors=(65.0, 40.0))
+    chosen, bench, _ = surveyed(laid, monkeypatch, *script, floors=(65.0, 40.0))
     assert (chosen is laid.paper and bench is laid.plain) is (floor <= NOTABLE)
     assert bench.scatters is (floor > NOTABLE)
 
