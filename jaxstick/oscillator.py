@@ -17,7 +17,7 @@ from jaxstick.parts.instrument import AbstractInstrument, IdealInstrument, Past
 from jaxstick.parts.kept import kept
 from jaxstick.parts.motion import Motion, Scalar
 from jaxstick.parts.rig import AbstractRig
-from jaxstick.parts.track import Trace, Track
+from jaxstick.parts.track import Stick, Trace, Track
 
 PROBE = 1e-7
 """Time [s] over which the rate of the friction force is taken at the start of a motion."""
@@ -100,12 +100,16 @@ class Oscillator(eqx.Module):
         motion = motion._replace(slid=start.slid, track=start.track)
         law = self.friction.initial(motion)
         traction = self.traction(law, motion)
-        motion = motion._replace(since=self._since_rest(motion, start, traction))
+        moves = jnp.where(jnp.asarray(start.slid) < 0, -1.0, 1.0)
+        sticks = jnp.abs(start.friction) < traction.limit(motion.slide_rate, moves)
+        motion = motion._replace(sticks=sticks, stick=self._stick(start, traction))
         rig = self.rig.initial(motion)
         rates = None if start.track is None else self._slid(start.track).rates()
         approach = Approach(start.friction, motion.slide_rate, start.rest, start.slid, rates)
         friction, contact = self.contact.initial(approach, traction)
-        motion = motion._replace(track=None, a=(self.rig.force(rig, motion) + friction) / self.rig.inertia())
+        motion = motion._replace(
+            track=None, stick=None, a=(self.rig.force(rig, motion) + friction) / self.rig.inertia()
+        )
         rate = self._friction_rate(motion, self.rig.surface(excitation), rig, contact, traction)
         past = Past(rate, start.impulse, start.impulse_sum, start.recorded, start.shown)
         instrument = self.instrument.initial(motion, friction, past)
@@ -118,14 +122,11 @@ class Oscillator(eqx.Module):
         surface = self.rig.surface(Excitation(base, still, still, still))
         return Trace(track.lags, track.displacement - surface.position)
 
-    def _since_rest(self, motion: Motion, start: Start, traction: Traction) -> Scalar:
-        """How far the mass has moved since it came to rest [m]: by as much as the contact spring has given
-        way since the friction force was at its limit."""
+    def _stick(self, start: Start, traction: Traction) -> Stick:
+        """What has held a mass that came to rest when the friction force was at its limit."""
         slid = jnp.asarray(start.slid)
-        direction = jnp.where(slid < 0, -1.0, 1.0)
-        sticks = jnp.abs(start.friction) < traction.limit(motion.slide_rate, direction)
-        given = -(jnp.abs(slid) * start.friction + slid * traction.limit(0.0, direction)) / self.contact.k1
-        return jnp.where(sticks, given, 0.0)
+        arrest = -slid * traction.limit(0.0, jnp.where(slid < 0, -1.0, 1.0))
+        return Stick(start.friction, arrest, self.contact.k1, slid, start.rest, start.shown)
 
     def _friction_rate(
         self, motion: Motion, surface: Surface, rig: Any, contact: Any, traction: Traction

@@ -78,7 +78,7 @@ class _Yield(NamedTuple):
 
 
 class _Rubbing(AbstractAddedForce):
-    """At the start the share is that of a mass which slides, or has moved on from where it came to rest. The
+    """At the start the share is that of a mass which slides, or to which the contact has given way since. The
     velocity is taken for constant since the share was last known."""
 
     inner: AbstractRig
@@ -87,8 +87,9 @@ class _Rubbing(AbstractAddedForce):
     per_second: Scalar
 
     def begin(self, motion: Motion) -> Any:
-        share = motion.slid + self.per_metre * motion.since
-        return _Yield(jnp.clip(share, -1.0, 1.0), motion.x, motion.t)
+        slid = jnp.clip(motion.slid, -1.0, 1.0)
+        share = slid if motion.stick is None else motion.stick.yielded(self.per_metre)
+        return _Yield(jnp.where(motion.sticks, share, slid), motion.x, motion.t)
 
     def carry(self, memory: _Yield, motion: Motion, step: Scalar) -> Any:
         return _Yield(self._share(memory, motion), motion.x, motion.t)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
-from jaxstick.parts.track import Track
+from jaxstick.parts.track import Stick, Track
 
 Scalar = Float[Array, ""] | float
 
@@ -18,8 +18,8 @@ class Motion(NamedTuple):
     y_acceleration those of the base; u applied force [N]; slide displacement of the mass over the surface it
     rubs on [m], slide_rate its rate [m/s]; direction the sense in which the contact is loaded, +1 or -1.
     At the beginning alone: slid, the sense in which the mass slid last, 0 where it did not or that is not
-    known; track, where it has been, None where that is not known; since, how far it has moved from where it
-    came to rest [m], 0 where it slides or that is not known.
+    known; track, where it has been, None where that is not known; sticks, whether it does, and stick, what
+    holds it then.
     """
 
     t: Scalar
@@ -35,4 +35,5 @@ class Motion(NamedTuple):
     direction: Scalar
     slid: Scalar = 0.0
     track: Track | None = None
-    since: Scalar = 0.0
+    sticks: Scalar | Bool[Array, ""] = False
+    stick: Stick | None = None

@@ -9,6 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxstick.parts.by_few import by_few
+
 Points = Float[Array | np.ndarray, " points"]
 
 
@@ -96,3 +98,38 @@ class Track(NamedTuple):
     def drive(self) -> Trace:
         """The displacement of the base [m]."""
         return Trace(self.lags, self.base)
+
+
+class Stick(NamedTuple):
+    """What has held a mass that sticks at the start of a motion: the friction force there, and the one at
+    which it came to rest [N]; stiffness: of the contact spring, which gave way by their difference [N/m];
+    slid: in which sense the mass slid before, 0 where that is not known; rest: for how long it has rested
+    [s]; held: the friction force at times before the start [N], None where that is not known."""
+
+    friction: Array | float
+    arrest: Array | float
+    stiffness: Array | float
+    slid: Array | float
+    rest: Array | float
+    held: Trace | None
+
+    def yielded(self, per_metre: Array | float) -> Array:
+        """What a spring that yields has come to at the start, -1 to 1 of what it yields at: it was slid along
+        with the mass, and has since been taken back, or to and fro, with 1/`per_metre` from nothing to where
+        it yields [m]."""
+        if self.held is None:
+            back = jnp.abs(jnp.asarray(self.slid)) * (self.arrest - self.friction) / self.stiffness
+            return jnp.clip(self.slid + per_metre * back, -1.0, 1.0)
+        numbers = (per_metre, self.friction, self.arrest, self.stiffness)
+        known = self.held, jnp.asarray(self.rest), jnp.asarray(self.slid)
+        return by_few(_yielded, jnp.stack([jnp.asarray(number) for number in numbers]), known)
+
+
+def _yielded(numbers: Array, known: tuple[Trace, Array, Array]) -> Array:
+    per_metre, friction, arrest, stiffness = numbers
+    held, rest, slid = known
+    lags = jnp.asarray(held.lags)
+    forces = jnp.where((lags <= rest) | (slid == 0), jnp.asarray(held.values), arrest)
+    places = -forces.at[0].set(friction) / stiffness
+    joint = Trace(lags, places).played(1 / per_metre, places[-1] - slid / per_metre)
+    return per_metre * (places[0] - joint)

@@ -81,9 +81,7 @@ def work_over_a_cycle(rig: AbstractRig, amplitude: float, omega: float, cycles: 
     t = h * jnp.arange(cycles * steps + 1.0)
     zeros = jnp.zeros_like(t)
     x, v = amplitude * jnp.sin(omega * t), amplitude * omega * jnp.cos(omega * t)
-    motion = Motion(
-        t, x, v, -(omega**2) * x, zeros, zeros, zeros, zeros, x, v, jnp.ones_like(t), zeros, since=zeros
-    )
+    motion = Motion(t, x, v, -(omega**2) * x, zeros, zeros, zeros, zeros, x, v, jnp.ones_like(t), zeros)
     state = jax.tree.map(jnp.asarray, rig.initial(jax.tree.map(lambda a: a[0], motion)))
 
     def one(state, motion):
@@ -274,7 +272,7 @@ def test_play_is_the_play_operator() -> None:
     zeros = jnp.zeros_like(jnp.asarray(y))
     base = jnp.asarray(y), jnp.asarray(np.gradient(y, h))
     motion = Motion(
-        jnp.asarray(t), zeros, zeros, zeros, *base, zeros, zeros, zeros, zeros, zeros, zeros, since=zeros
+        jnp.asarray(t), zeros, zeros, zeros, *base, zeros, zeros, zeros, zeros, zeros, zeros, sticks=zeros
     )
     state = rig.initial(jax.tree.map(lambda a: a[0], motion))
 
