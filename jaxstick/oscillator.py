@@ -100,9 +100,7 @@ class Oscillator(eqx.Module):
         motion = motion._replace(slid=start.slid, track=start.track)
         law = self.friction.initial(motion)
         traction = self.traction(law, motion)
-        moves = jnp.where(jnp.asarray(start.slid) < 0, -1.0, 1.0)
-        sticks = jnp.abs(start.friction) < traction.limit(motion.slide_rate, moves)
-        motion = motion._replace(sticks=sticks, stick=self._stick(start, traction))
+        motion = motion._replace(stick=self._stick(motion, start, traction))
         rig = self.rig.initial(motion)
         rates = None if start.track is None else self._slid(start.track).rates()
         approach = Approach(start.friction, motion.slide_rate, start.rest, start.slid, rates)
@@ -122,11 +120,13 @@ class Oscillator(eqx.Module):
         surface = self.rig.surface(Excitation(base, still, still, still))
         return Trace(track.lags, track.displacement - surface.position)
 
-    def _stick(self, start: Start, traction: Traction) -> Stick:
-        """What has held a mass that came to rest when the friction force was at its limit."""
+    def _stick(self, motion: Motion, start: Start, traction: Traction) -> Stick:
+        """What holds the mass at a start, which came to rest when the friction force was at its limit."""
         slid = jnp.asarray(start.slid)
-        arrest = -slid * traction.limit(0.0, jnp.where(slid < 0, -1.0, 1.0))
-        return Stick(start.friction, arrest, self.contact.k1, slid, start.rest, start.shown)
+        sense = jnp.where(slid < 0, -1.0, 1.0)
+        sticks = jnp.abs(start.friction) < traction.limit(motion.slide_rate, sense)
+        arrest = -slid * traction.limit(0.0, sense)
+        return Stick(sticks, start.friction, arrest, self.contact.k1, slid, start.rest, start.shown)
 
     def _friction_rate(
         self, motion: Motion, surface: Surface, rig: Any, contact: Any, traction: Traction

@@ -143,7 +143,7 @@ def _inquired(
     held = split(problem, bench, held_out)
     inquiry = inquire(paper, held, settings.seed, progress)
     if not inquiry.is_doubted_there:
-        return inquiry.with_astray_said()
+        return inquiry.qualified()
     if not held_out and not held.by_segments:
         other = inquire(paper, split(problem, bench, (), fitted=held.files), settings.seed, progress)
         if other.says_more_than(inquiry):

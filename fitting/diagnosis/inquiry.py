@@ -112,7 +112,7 @@ class Inquiry:
             self, found=self.found.refuted(), named=None, shrunk=shrunk, anomalies=seen
         )
 
-    def with_astray_said(self) -> Inquiry:
+    def qualified(self) -> Inquiry:
         """The inquiry that says so where a few segments that were held out are all that shows a gap."""
         few = self._is_above_the_floor_there and not self.gapes_only_there
         return dataclasses.replace(self, doubts=(*self.doubts, few_there(self.shrunk))) if few else self

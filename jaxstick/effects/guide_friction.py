@@ -87,9 +87,8 @@ class _Rubbing(AbstractAddedForce):
     per_second: Scalar
 
     def begin(self, motion: Motion) -> Any:
-        slid = jnp.clip(motion.slid, -1.0, 1.0)
-        share = slid if motion.stick is None else motion.stick.yielded(self.per_metre)
-        return _Yield(jnp.where(motion.sticks, share, slid), motion.x, motion.t)
+        share = motion.slid if motion.stick is None else motion.stick.yielded(self.per_metre)
+        return _Yield(share, motion.x, motion.t)
 
     def carry(self, memory: _Yield, motion: Motion, step: Scalar) -> Any:
         return _Yield(self._share(memory, motion), motion.x, motion.t)

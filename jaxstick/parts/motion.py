@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float
 
 from jaxstick.parts.track import Stick, Track
 
@@ -18,8 +18,7 @@ class Motion(NamedTuple):
     y_acceleration those of the base; u applied force [N]; slide displacement of the mass over the surface it
     rubs on [m], slide_rate its rate [m/s]; direction the sense in which the contact is loaded, +1 or -1.
     At the beginning alone: slid, the sense in which the mass slid last, 0 where it did not or that is not
-    known; track, where it has been, None where that is not known; sticks, whether it does, and stick, what
-    holds it then.
+    known; track, where it has been, and stick, what holds it, None where that is not known.
     """
 
     t: Scalar
@@ -35,5 +34,4 @@ class Motion(NamedTuple):
     direction: Scalar
     slid: Scalar = 0.0
     track: Track | None = None
-    sticks: Scalar | Bool[Array, ""] = False
     stick: Stick | None = None

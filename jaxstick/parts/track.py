@@ -101,11 +101,12 @@ class Track(NamedTuple):
 
 
 class Stick(NamedTuple):
-    """What has held a mass that sticks at the start of a motion: the friction force there, and the one at
-    which it came to rest [N]; stiffness: of the contact spring, which gave way by their difference [N/m];
-    slid: in which sense the mass slid before, 0 where that is not known; rest: for how long it has rested
-    [s]; held: the friction force at times before the start [N], None where that is not known."""
+    """What holds a mass at the start of a motion: sticks, whether anything does; the friction force there,
+    and the one at which it came to rest [N]; stiffness: of the contact spring, which gave way by their
+    difference [N/m]; slid: in which sense the mass slid before, 0 where that is not known; rest: for how long
+    it has rested [s]; held: the friction force at times before the start [N], None where that is not known."""
 
+    sticks: Array | bool
     friction: Array | float
     arrest: Array | float
     stiffness: Array | float
@@ -115,14 +116,17 @@ class Stick(NamedTuple):
 
     def yielded(self, per_metre: Array | float) -> Array:
         """What a spring that yields has come to at the start, -1 to 1 of what it yields at: it was slid along
-        with the mass, and has since been taken back, or to and fro, with 1/`per_metre` from nothing to where
-        it yields [m]."""
+        with the mass, and where that sticks has since been taken back, or to and fro, with 1/`per_metre` from
+        nothing to where it yields [m]."""
+        slid = jnp.asarray(self.slid)
         if self.held is None:
-            back = jnp.abs(jnp.asarray(self.slid)) * (self.arrest - self.friction) / self.stiffness
-            return jnp.clip(self.slid + per_metre * back, -1.0, 1.0)
-        numbers = (per_metre, self.friction, self.arrest, self.stiffness)
-        known = self.held, jnp.asarray(self.rest), jnp.asarray(self.slid)
-        return by_few(_yielded, jnp.stack([jnp.asarray(number) for number in numbers]), known)
+            back = jnp.abs(slid) * (self.arrest - self.friction) / self.stiffness
+            taken = jnp.clip(slid + per_metre * back, -1.0, 1.0)
+        else:
+            numbers = (per_metre, self.friction, self.arrest, self.stiffness)
+            known = self.held, jnp.asarray(self.rest), slid
+            taken = by_few(_yielded, jnp.stack([jnp.asarray(number) for number in numbers]), known)
+        return jnp.where(self.sticks, taken, slid)
 
 
 def _yielded(numbers: Array, known: tuple[Trace, Array, Array]) -> Array:

@@ -80,7 +80,7 @@ def test_a_gap_only_there_is_none_where_something_was_found_or_friction_scatters
     shrunk = dataclasses.replace(CLOSED, before=before, floor=1.0, significance=significance)
     inquiry = Inquiry(blank, bench, blank, found, None, shrunk)
     assert inquiry.gapes_only_there is gapes
-    said = inquiry.with_astray_said().doubts
+    said = inquiry.qualified().doubts
     assert len(said) == (significance < 2)
     assert all("so few of their segments" in doubt for doubt in said)
 

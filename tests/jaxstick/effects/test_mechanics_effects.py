@@ -271,9 +271,7 @@ def test_play_is_the_play_operator() -> None:
     rig = with_effect(SMOOTH, "drive_backlash", gap=gap).rig
     zeros = jnp.zeros_like(jnp.asarray(y))
     base = jnp.asarray(y), jnp.asarray(np.gradient(y, h))
-    motion = Motion(
-        jnp.asarray(t), zeros, zeros, zeros, *base, zeros, zeros, zeros, zeros, zeros, zeros, sticks=zeros
-    )
+    motion = Motion(jnp.asarray(t), zeros, zeros, zeros, *base, zeros, zeros, zeros, zeros, zeros, zeros)
     state = rig.initial(jax.tree.map(lambda a: a[0], motion))
 
     def one(state, motion):
