@@ -104,7 +104,7 @@ class Stick(NamedTuple):
     """What holds a mass at the start of a motion: sticks, whether anything does; the friction force there,
     and the one at which it came to rest [N]; stiffness: of the contact spring, which gave way by their
     difference [N/m]; slid: in which sense the mass slid before, 0 where that is not known; rest: for how long
-    it has rested [s]; held: the friction force at times before the start [N], None where that is not known."""
+    it has rested [s]; held: the friction force at times before the start [N], None where nobody knows."""
 
     sticks: Array | bool
     friction: Array | float
