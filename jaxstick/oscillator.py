@@ -126,7 +126,8 @@ class Oscillator(eqx.Module):
         sense = jnp.where(slid < 0, -1.0, 1.0)
         sticks = jnp.abs(start.friction) < traction.limit(motion.slide_rate, sense)
         arrest = -slid * traction.limit(0.0, sense)
-        return Stick(sticks, start.friction, arrest, self.contact.k1, slid, start.rest, start.shown)
+        known = ~jnp.isnan(start.recorded)
+        return Stick(sticks, start.friction, arrest, self.contact.k1, slid, start.rest, known, start.shown)
 
     def _friction_rate(
         self, motion: Motion, surface: Surface, rig: Any, contact: Any, traction: Traction

@@ -104,7 +104,8 @@ class Stick(NamedTuple):
     """What holds a mass at the start of a motion: sticks, whether anything does; the friction force there,
     and the one at which it came to rest [N]; stiffness: of the contact spring, which gave way by their
     difference [N/m]; slid: in which sense the mass slid before, 0 where that is not known; rest: for how long
-    it has rested [s]; held: the friction force at times before the start [N], None where nobody knows."""
+    it has rested [s]; held: the friction force at times before the start [N], None, or not `known`, where it
+    was not recorded."""
 
     sticks: Array | bool
     friction: Array | float
@@ -112,6 +113,7 @@ class Stick(NamedTuple):
     stiffness: Array | float
     slid: Array | float
     rest: Array | float
+    known: Array | bool
     held: Trace | None
 
     def yielded(self, per_metre: Array | float) -> Array:
@@ -119,19 +121,19 @@ class Stick(NamedTuple):
         with the mass, and where that sticks has since been taken back, or to and fro, with 1/`per_metre` from
         nothing to where it yields [m]."""
         slid = jnp.asarray(self.slid)
-        if self.held is None:
-            back = jnp.abs(slid) * (self.arrest - self.friction) / self.stiffness
-            taken = jnp.clip(slid + per_metre * back, -1.0, 1.0)
-        else:
+        back = jnp.abs(slid) * (self.arrest - self.friction) / self.stiffness
+        taken = jnp.clip(slid + per_metre * back, -1.0, 1.0)
+        if self.held is not None:
             numbers = (per_metre, self.friction, self.arrest, self.stiffness)
-            known = self.held, jnp.asarray(self.rest), slid
-            taken = by_few(_yielded, jnp.stack([jnp.asarray(number) for number in numbers]), known)
+            recorded = self.held, jnp.asarray(self.rest), slid
+            rocked = by_few(_yielded, jnp.stack([jnp.asarray(number) for number in numbers]), recorded)
+            taken = jnp.where(self.known, rocked, taken)
         return jnp.where(self.sticks, taken, slid)
 
 
-def _yielded(numbers: Array, known: tuple[Trace, Array, Array]) -> Array:
+def _yielded(numbers: Array, recorded: tuple[Trace, Array, Array]) -> Array:
     per_metre, friction, arrest, stiffness = numbers
-    held, rest, slid = known
+    held, rest, slid = recorded
     lags = jnp.asarray(held.lags)
     forces = jnp.where((lags <= rest) | (slid == 0), jnp.asarray(held.values), arrest)
     places = -forces.at[0].set(friction) / stiffness

@@ -26,7 +26,7 @@ NOW = SWUNG[0] + 0.02
 
 def stuck(slid: float, held: bool = True) -> Stick:
     forces = np.where((LAGS <= REST) | (slid == 0), SWUNG, 3.0 * np.cos(50.0 * LAGS))
-    return Stick(True, NOW, -slid * LIMIT, STIFFNESS, slid, REST, Trace(LAGS, forces) if held else None)
+    return Stick(True, NOW, -slid * LIMIT, STIFFNESS, slid, REST, True, Trace(LAGS, forces) if held else None)
 
 
 @pytest.mark.parametrize("gap", [GAP, WIDE])
@@ -47,10 +47,13 @@ def test_it_goes_to_and_fro_with_the_contact_spring(slid: float, gap: float) -> 
 
 def test_where_nothing_is_known_of_it_it_has_gone_straight_to_where_it_is() -> None:
     """Taken back from its end by how much the contact spring gave way; unknown, it is in the middle."""
-    monotonic = Stick(True, 0.9, 1.1, STIFFNESS, -1.0, REST, None)
+    monotonic = Stick(True, 0.9, 1.1, STIFFNESS, -1.0, REST, False, None)
     assert float(monotonic.yielded(1 / GAP)) == pytest.approx(-1 + 0.2 / STIFFNESS / GAP)
     assert float(stuck(1.0, held=False).yielded(1 / GAP)) == -1.0
     assert float(stuck(0.0, held=False).yielded(1 / GAP)) == 0.0
+    for slid in (-1.0, 0.0, 1.0):
+        silent = stuck(slid)._replace(known=False).yielded(1 / WIDE)
+        assert float(silent) == float(stuck(slid, held=False).yielded(1 / WIDE))
 
 
 def test_a_mass_that_slides_has_slid_it_along() -> None:
