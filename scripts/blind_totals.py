@@ -15,39 +15,20 @@ from typing import Any
 import click
 
 from fitting.blind_score.intervals import Figure, share
-from fitting.blind_score.rows import ANSWERS
+from fitting.blind_score.rows import ANSWERS, FURTHER
 from scripts.blind_table import table
 
 Tier = Mapping[str, Any]
+TITLES = {key: title for key, title, _ in ANSWERS}
+COUNTED = ("parameters", "constants", "constants_before", "covered", "margin", "named_beyond_predicted")
 SHARES: tuple[tuple[str, str, Callable[[Tier], Figure | None]], ...] = (
     *((title, asked, lambda tier, key=key: tier[key]) for key, title, asked in ANSWERS),
-    ("parameters in their intervals", "93 to 97 %", lambda tier: tier["coverage"]["parameters"]),
-    ("constants in their intervals", "93 to 97 %", lambda tier: tier["coverage"]["constants"].get("all")),
-    (
-        "constants in their intervals, without the effect",
-        "",
-        lambda tier: tier["coverage"]["constants_before"].get("all"),
-    ),
-    (
-        "share closed, the interval holds the truth (tier A)",
-        "93 to 97 %",
-        lambda tier: tier["closure"].get("covered"),
-    ),
-    ("at least 0.2 beyond the best wrong effect", "≥ 85 %", lambda tier: tier["closure"].get("margin")),
-    (
-        "named beyond 1.5 predicted limits",
-        "≥ 90 %",
-        lambda tier: tier["limits"].get("named_beyond_predicted"),
-    ),
+    *((each.title, each.asked, each.of) for each in (FURTHER[key] for key in COUNTED)),
 )
 """What a share says, what is asked for, and where a tier of a score has it."""
 MEANS: tuple[tuple[str, str, Callable[[Tier], Figure]], ...] = (
-    (
-        "one effect: mean probability of the truth and its exact aliases",
-        "≥ 0.90",
-        lambda tier: tier["probability"],
-    ),
-    ("log-loss [nat]", "≤ 0.35", lambda tier: tier["calibration"]["log_loss"]),
+    (TITLES["probability"], "≥ 0.90", lambda tier: tier["probability"]),
+    FURTHER["log_loss"][:3],
 )
 """The same of means over cases."""
 TOGETHER = {"all": ("A", "B", "C"), "A and B": ("A", "B"), "C": ("C",)}
@@ -74,8 +55,9 @@ def rows(scores: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
         (title, asked, *(_share(map(of, each)) for each in tiers.values())) for title, asked, of in SHARES
     ]
     means = [(title, asked, *(_mean(map(of, each)) for each in tiers.values())) for title, asked, of in MEANS]
-    effects = ("effects named in 9 of 10 cases beyond 1.5 predicted limits", "≥ 90 %", _effects(scores))
-    every = [*counted, *means, (*effects, *("-" for _ in range(len(TOGETHER) - 1)))]
+    named = FURTHER["effects_beyond_predicted"]
+    effects = named.title, named.asked, _effects(scores), *("-" for _ in range(len(TOGETHER) - 1))
+    every = [*counted, *means, effects]
     return [row for row in every if row[2] != "-"]
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 ANSWERS = (
     ("top1", "one effect: named first", "≥ 95 %"),
@@ -65,70 +65,8 @@ def further_columns(score: Mapping[str, Any]) -> Row:
 def further_rows(score: Mapping[str, Any]) -> list[Row]:
     """Calibration, intervals and closure: all and by tier."""
     tiers = score["tiers"].values()
-
-    def row(title: str, asked: str, of: Any) -> Row:
-        return (title, *(of(tier) for tier in tiers), asked)
-
     rows = [
-        row(
-            "expected calibration error (at most, for a perfect diagnoser)",
-            "within",
-            lambda tier: _ece(tier["calibration"]),
-        ),
-        row("log-loss [nat]", "≤ 0.35", lambda tier: figure(tier["calibration"]["log_loss"], number)),
-        row("Brier score", "", lambda tier: figure(tier["calibration"]["brier"], number)),
-        row(
-            "parameters in their intervals", "93 to 97 %", lambda tier: figure(tier["coverage"]["parameters"])
-        ),
-        row("constants in their intervals", "93 to 97 %", lambda tier: figure(_all(tier, "constants"))),
-        row(
-            "constants in their intervals, without the effect",
-            "",
-            lambda tier: figure(_all(tier, "constants_before")),
-        ),
-        row("share of the gap closed, median", "≥ 97 %", lambda tier: figure(tier["closure"]["median"])),
-        row("share of the gap closed, 10 % quantile", "", lambda tier: figure(tier["closure"]["tenth"])),
-        row(
-            "share closed, the interval holds the truth (tier A)",
-            "93 to 97 %",
-            lambda tier: figure(tier["closure"].get("covered")),
-        ),
-        row("placebo closes, median", "0 ± 5 %", lambda tier: figure(tier["closure"]["placebo"])),
-        row(
-            "at least 0.2 beyond the best wrong effect",
-            "≥ 85 %",
-            lambda tier: figure(tier["closure"]["margin"]),
-        ),
-        row(
-            "named beyond 1.5 predicted limits",
-            "≥ 90 %",
-            lambda tier: figure(tier["limits"].get("named_beyond_predicted")),
-        ),
-        row(
-            "effects named in 9 of 10 cases beyond 1.5 predicted limits",
-            "≥ 90 %",
-            lambda tier: figure(tier["limits"].get("effects_beyond_predicted")),
-        ),
-        row(
-            "predicted limits at which 9 of 10 are named",
-            "≤ 1.5",
-            lambda tier: figure((tier["limits"].get("predicted_ratio") or {}).get("a90"), number),
-        ),
-        row(
-            "one effect, but no predicted limit to compare with: cases",
-            "",
-            lambda tier: str(tier["limits"].get("not_predicted", "-")),
-        ),
-        row(
-            "named beyond 1.5 limits of an ideal observer",
-            "",
-            lambda tier: figure(tier["limits"]["named_beyond"]),
-        ),
-        row(
-            "limits of an ideal observer at which 9 of 10 are named",
-            "",
-            lambda tier: figure((tier["limits"]["limit_ratio"] or {}).get("a90"), number),
-        ),
+        (each.title, *(each.words(each.of(tier)) for tier in tiers), each.asked) for each in FURTHER.values()
     ]
     return [row for row in rows if any(cell != "-" for cell in row[1:-1])]
 
@@ -278,5 +216,96 @@ def _ece(found: Mapping[str, Any]) -> str:
     return "-" if found["ece"] is None else f"{number(found['ece'])} ({number(found['perfect'])})"
 
 
-def _all(tier: Mapping[str, Any], where: str) -> Mapping[str, Any]:
-    return tier["coverage"][where]["all"]
+class Further(NamedTuple):
+    """A figure of a tier: what it says, what is asked for, where a tier has it, and how it is written."""
+
+    title: str
+    asked: str
+    of: Callable[[Mapping[str, Any]], Any]
+    words: Callable[[Any], str]
+
+
+def _in_numbers(found: Mapping[str, Any] | None) -> str:
+    return figure(found, number)
+
+
+FURTHER = {
+    "ece": Further(
+        "expected calibration error (at most, for a perfect diagnoser)",
+        "within",
+        lambda tier: tier["calibration"],
+        _ece,
+    ),
+    "log_loss": Further(
+        "log-loss [nat]", "≤ 0.35", lambda tier: tier["calibration"]["log_loss"], _in_numbers
+    ),
+    "brier": Further("Brier score", "", lambda tier: tier["calibration"]["brier"], _in_numbers),
+    "parameters": Further(
+        "parameters in their intervals", "93 to 97 %", lambda tier: tier["coverage"]["parameters"], figure
+    ),
+    "constants": Further(
+        "constants in their intervals",
+        "93 to 97 %",
+        lambda tier: tier["coverage"]["constants"]["all"],
+        figure,
+    ),
+    "constants_before": Further(
+        "constants in their intervals, without the effect",
+        "",
+        lambda tier: tier["coverage"]["constants_before"]["all"],
+        figure,
+    ),
+    "median": Further(
+        "share of the gap closed, median", "≥ 97 %", lambda tier: tier["closure"]["median"], figure
+    ),
+    "tenth": Further(
+        "share of the gap closed, 10 % quantile", "", lambda tier: tier["closure"]["tenth"], figure
+    ),
+    "covered": Further(
+        "share closed, the interval holds the truth (tier A)",
+        "93 to 97 %",
+        lambda tier: tier["closure"].get("covered"),
+        figure,
+    ),
+    "placebo": Further("placebo closes, median", "0 ± 5 %", lambda tier: tier["closure"]["placebo"], figure),
+    "margin": Further(
+        "at least 0.2 beyond the best wrong effect", "≥ 85 %", lambda tier: tier["closure"]["margin"], figure
+    ),
+    "named_beyond_predicted": Further(
+        "named beyond 1.5 predicted limits",
+        "≥ 90 %",
+        lambda tier: tier["limits"].get("named_beyond_predicted"),
+        figure,
+    ),
+    "effects_beyond_predicted": Further(
+        "effects named in 9 of 10 cases beyond 1.5 predicted limits",
+        "≥ 90 %",
+        lambda tier: tier["limits"].get("effects_beyond_predicted"),
+        figure,
+    ),
+    "predicted_ratio": Further(
+        "predicted limits at which 9 of 10 are named",
+        "≤ 1.5",
+        lambda tier: (tier["limits"].get("predicted_ratio") or {}).get("a90"),
+        _in_numbers,
+    ),
+    "not_predicted": Further(
+        "one effect, but no predicted limit to compare with: cases",
+        "",
+        lambda tier: tier["limits"].get("not_predicted", "-"),
+        str,
+    ),
+    "named_beyond": Further(
+        "named beyond 1.5 limits of an ideal observer",
+        "",
+        lambda tier: tier["limits"]["named_beyond"],
+        figure,
+    ),
+    "limit_ratio": Further(
+        "limits of an ideal observer at which 9 of 10 are named",
+        "",
+        lambda tier: (tier["limits"]["limit_ratio"] or {}).get("a90"),
+        _in_numbers,
+    ),
+}
+"""Calibration, intervals and closure, by what the score calls them."""

@@ -72,10 +72,10 @@ def _first(
         if floor_of(model, plain, [best.refit]) > NOTABLE:
             two = in_another_time(model, plain, best, seen.screen.shapes, progress)
             if two is None:
-                unweighed = None if seen.leads else survey(model, plain, nominal, begins, progress, known)
-                if unweighed is None or unweighed.scatters:
+                if seen.leads:
                     return chosen, bench, seen
-                return paper, plain, unweighed
+                unweighed = survey(model, plain, nominal, begins, progress, known)
+                return (chosen, bench, seen) if unweighed.scatters else (paper, plain, unweighed)
             known = two, best
     seen = survey(model, plain, nominal, begins, progress, known)
     return paper, plain, _with_another_time(model, plain, seen, progress)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Array, Float
 
@@ -35,7 +36,7 @@ def _derivative(
         return value, value
 
     slopes, value = jax.jacfwd(twice, has_aux=True)(numbers)
-    change = jax.numpy.zeros_like(value)
+    change = jnp.zeros_like(value)
     if not _is_zero(by_numbers):
         change += slopes @ by_numbers
     if not all(map(_is_zero, jax.tree.leaves(by_recorded, is_leaf=_is_zero))):
@@ -52,4 +53,4 @@ def _is_zero(tangent: Any) -> bool:
 
 
 def _instantiated(tangent: Any) -> Array:
-    return jax.numpy.zeros(tangent.shape, tangent.dtype) if _is_zero(tangent) else tangent
+    return jnp.zeros(tangent.shape, tangent.dtype) if _is_zero(tangent) else tangent

@@ -31,12 +31,12 @@ def data_cost(columns: Columns) -> np.ndarray:
     return _finite(squares[:, :-OWN].sum(1) + squares[:, START - OWN :].sum(1))
 
 
-def _finite(cost: np.ndarray) -> np.ndarray:
-    return np.where(np.isfinite(cost), cost, BROKEN)
-
-
 def significance(excess: np.ndarray) -> float:
     """By how many standard deviations a sum over lanes stands above zero, by how they scatter around their
     mean: what one lane has alone comes to one."""
     spread = float(np.std(excess)) * math.sqrt(len(excess))
     return float(np.sum(excess)) / max(spread, 1e-300)
+
+
+def _finite(cost: np.ndarray) -> np.ndarray:
+    return np.where(np.isfinite(cost), cost, BROKEN)
