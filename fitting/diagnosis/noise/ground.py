@@ -46,13 +46,14 @@ WANDER = 0.01
 @dataclasses.dataclass(frozen=True)
 class Ground:
     """Lanes of all runs, the nominal model at what the search for its constants found, the constants
-    (coordinates) that the search began from, and by how much the records scatter, where that is notably more
-    than the noise."""
+    (coordinates) that the search began from, the shortest segments that it began on, and by how much the
+    records scatter, where that is notably more than the noise."""
 
     segments: tuple[Segment, ...]
     bench: Bench
     point: Point
     begins: np.ndarray
+    shortest: Bench
     scatter: Scatter | None = None
 
 
@@ -75,13 +76,7 @@ def ground(
     progress.stage("nominal model", SEARCH + REFINED)
     bench = lay(problem, segments, phases, finest, samples, samples // LEAD)
     with model.ahead(bench.lanes, groups):
-        few = shortest.take(shortest.spread(FEW))
-        rough = _fitted(model, few, list(begins), progress, iterations=SEARCH)
-        others = other_stiffnesses(model, few, min(rough, key=lambda fit: fit.misfit))
-        found = _fitted(
-            model, shortest.take(shortest.spread(MORE)), [*_best(model, rough), *others], Silent()
-        )
-        best = _best(model, found)
+        best = sought(model, shortest, begins, progress)
         if not bench.wanders:
             best = _also_on_longer(model, bench, [*best, *begins])
         bench = bench.paced(_steps(problem, UNITS, best, settings))
@@ -90,7 +85,16 @@ def ground(
         fits = model.side_by_side(lambda fit: released(model, bench, fit), fits)
     fit = min(fits, key=lambda fit: fit.misfit)
     widths = np.full(OWN - START, WANDER if bench.wanders else LEAST)
-    return Ground(tuple(segments), bench, dataclasses.replace(fit.point, widths=widths), begins)
+    return Ground(tuple(segments), bench, dataclasses.replace(fit.point, widths=widths), begins, shortest)
+
+
+def sought(model: Model, shortest: Bench, begins: np.ndarray, progress: Progress) -> list[np.ndarray]:
+    """The best constants (coordinates) that a search from several finds on the shortest segments."""
+    few = shortest.take(shortest.spread(FEW))
+    rough = _fitted(model, few, list(begins), progress, iterations=SEARCH)
+    others = other_stiffnesses(model, few, min(rough, key=lambda fit: fit.misfit))
+    more = shortest.take(shortest.spread(MORE))
+    return _best(model, _fitted(model, more, [*_best(model, rough), *others], Silent()))
 
 
 def resolved(model: Model, bench: Bench, point: Point) -> Bench:

@@ -15,11 +15,11 @@ import numpy as np
 
 from fitting.diagnosis.lanes.bench import Bench
 from fitting.diagnosis.lanes.model import Model
-from fitting.diagnosis.noise.ground import Ground
+from fitting.diagnosis.noise.ground import Ground, sought
 from fitting.diagnosis.refits.refit import Refit, refit
-from fitting.diagnosis.refits.release import released
+from fitting.diagnosis.refits.release import all_settled, released
 from fitting.problem import Problem
-from fitting.progress import Progress
+from fitting.progress import Progress, Silent
 from jaxstick.parts.contact import AbstractContact
 from jaxstick.parts.gradual import ElastoPlasticContact, IwanContact, LuGreContact
 
@@ -91,8 +91,10 @@ def choose_contact(
     """The contact that the records may ask for, on a bench that has some `lanes` of the ground.
 
     Every contact is tried on each of the fits under the `paper`'s: the nominal model's, and those of effects
-    that may act beside it. Of those that are `worth` trying, `floor` being the misfit that no model gets
-    below, the one on which lanes cost least is chosen.
+    that may act beside it. The nominal model is also begun at constants that are sought under the contact
+    itself, for the best ones under the paper's may lie in a valley of their own. Of the contacts that are
+    `worth` trying, `floor` being the misfit that no model gets below, the one on which lanes cost least is
+    chosen.
     """
     problem, model, ground = paper.problem, paper.model, paper.ground
     parts = problem.hypothesis.nominal
@@ -106,9 +108,15 @@ def choose_contact(
         )
         other = dataclasses.replace(problem, hypothesis=hypothesis)
         its = Model(other, model.workers)
-        begun = [carried(fit, model, its) for fit in before]
-        found = refit(its, bench, [fit.point for fit in begun], [fit.free for fit in begun], iterations=STEPS)
-        pairs = list(zip(found, before, strict=True))
+        begins = [(carried(fit, model, its), fit) for fit in before]
+        for begun, fit in begins[:]:
+            if not its.free_effects(begun.free):
+                constants = sought(its, ground.shortest, ground.begins, Silent())
+                begins += [(anew, fit) for anew in _anew(its, bench, begun, constants)]
+        found = refit(
+            its, bench, [fit.point for fit, _ in begins], [fit.free for fit, _ in begins], iterations=STEPS
+        )
+        pairs = [(fit, same) for fit, (_, same) in zip(found, begins, strict=True)]
         one, same = min(pairs, key=lambda pair: _typical(pair[0]))
         if _ratio(one, same) < HOPEFUL:
             one = released(its, bench, one)
@@ -126,6 +134,16 @@ def choose_contact(
     chosen = min(worthy, key=lambda each: each[0])[1] if worthy else paper
     progress.advance(chosen.words or "the assumed one stays")
     return chosen
+
+
+def _anew(model: Model, bench: Bench, begun: Refit, constants: Sequence[np.ndarray]) -> list[Refit]:
+    """Where a refit would begin with each of these constants (coordinates), every lane settled first."""
+    places, points = model.index(*model.constants), []
+    for values in constants:
+        coordinates = begun.point.coordinates.copy()
+        coordinates[places] = values
+        points.append(dataclasses.replace(begun.point, coordinates=coordinates))
+    return [begun.begun(point, begun.free) for point in all_settled(model, bench, points)]
 
 
 def _typical(fit: Refit) -> float:

@@ -61,7 +61,9 @@ def seen() -> Seen:
     constants = model.index(*model.constants)
     frees = [np.concatenate([constants, model.of(key)]) for key in (UNEVEN, RIVAL)]
     true, rival = refit(model, bench, [point, point], frees, wander=False)
-    chosen = Chosen(pose(stated, Settings(workers=WORKERS)), model, Ground((), bench, point, begin[None]))
+    chosen = Chosen(
+        pose(stated, Settings(workers=WORKERS)), model, Ground((), bench, point, begin[None], bench)
+    )
     return Seen(chosen, bench, true, rival)
 
 

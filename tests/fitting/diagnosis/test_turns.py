@@ -60,7 +60,7 @@ def laid() -> Laid:
     astray = right.point.own.copy()
     astray[:, 0] += 1e-3 * random.standard_normal(len(astray))
     poor = dataclasses.replace(right, point=dataclasses.replace(right.point, own=astray))
-    ground = Ground((), bench, every.point, np.zeros((0, 5)))
+    ground = Ground((), bench, every.point, np.zeros((0, 5)), bench)
     paper = Chosen(pose(stated, Settings(workers=WORKERS)), model, ground)
     return Laid(paper, bench.take(held.fitted), held, right, poor)
 

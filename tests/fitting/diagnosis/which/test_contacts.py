@@ -85,6 +85,24 @@ def test_a_bristle_is_told_and_leaves_nothing_but_noise(contact, word):
         assert found["contact.breakaway"] == pytest.approx(0.5, abs=0.05)
 
 
+def test_constants_that_led_astray_under_the_assumed_contact_do_not_hide_the_one_that_acts():
+    """From there elements that yield one after another cost least; the search of the bristle itself does not
+    begin there."""
+    problem, model, base = grounded({"contact": OtherContact(LuGreContact(TRUTH["k1"]))}, 5)
+    coordinates, constants = base.point.coordinates.copy(), model.index(*model.constants)
+    far_off = model.origin({**TRUTH, "C": 0.3 * TRUTH["C"], "D": 10 * TRUTH["D"]})
+    coordinates[constants] = far_off[constants]
+    begin = dataclasses.replace(base.point, coordinates=coordinates)
+    (astray,) = refit(model, base.bench, [begin], [model.nuisances()])
+    assert astray.misfit > 1000
+    lanes = np.arange(len(base.bench.lanes))
+    chosen = choose_contact(Chosen(problem, model, base), base.bench, lanes, [astray], 1.0, Silent())
+    assert chosen.words is not None and "LuGre" in chosen.words
+    found = chosen.model.values(chosen.ground.point.coordinates, model.constants)
+    assert found["C"] == pytest.approx(TRUTH["C"], rel=0.01)
+    assert found["k1"] == pytest.approx(TRUTH["k1"], rel=0.01)
+
+
 def test_a_strong_effect_does_not_hide_the_contact():
     """Its own effect is taken away again from the point that the next survey begins at. What was found under
     the paper's contact is fitted once more under the one chosen, and then leaves nothing but noise."""
