@@ -218,8 +218,8 @@ class Trace:
 class Yardstick:
     """What misfits were judged against: the nominal model's own, the one that no model gets below, the
     degrees of freedom, by how much scores vary more from segment to segment than white noise says, and
-    whether friction scatters; the accounts of all explanations, and what looks like an effect in these
-    records."""
+    whether friction scatters; the accounts of all explanations, what looks like an effect in these records,
+    and what does so in part."""
 
     nominal: float
     floor: float
@@ -228,6 +228,7 @@ class Yardstick:
     scatters: bool = False
     accounts: tuple[Account, ...] = ()
     aliases: Mapping[str, Sequence[str]] = dataclasses.field(default_factory=dict)
+    collinear: Mapping[str, Sequence[str]] = dataclasses.field(default_factory=dict)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -85,6 +85,7 @@ def judge(
     classes: Classes | None = None,
     *,
     hidden: Collection[str] = (),
+    collinear: Mapping[str, Collection[str]] | None = None,
 ) -> Judgement:
     """The probabilities of all explanations. Where the best of them leaves less than the noise is said to be,
     the noise is what that one leaves.
@@ -92,7 +93,7 @@ def judge(
     nominal: the misfit without any effect; samples: degrees of freedom; inflation: variance of scores by
     clusters over that of white residuals; shelf: all keys; aliases: effects that these records do not tell
     from an effect; classes: what no records do; hidden: where friction scatters, the effects that this hides
-    more than others.
+    more than others; collinear: effects whose traces in these records are nearly collinear with an effect's.
     """
     best = min([nominal, *(account.misfit for account in accounts)])
     noise = min(best, 1.0)
@@ -103,7 +104,7 @@ def judge(
     surely = pieces_of_evidence(max(best - NOISE_KNOWN, 1.0), samples, inflation)
     excess = max(nominal - 1.0, 0.0)
     same = _alike(aliases or {}, classes or {})
-    alone = Alone.of(accounts, nominal, same)
+    alone = Alone.of(accounts, nominal, same, collinear or {})
 
     def beyond_one(misfit: float, soft: float, pieces: float) -> float:
         one, this = (math.log(max(left, 1e-3) + soft) for left in (alone.best, misfit))

@@ -22,7 +22,7 @@ OTHER_SHAPE = 0.015
 """The share of the excess that the right effect may leave because it has another shape than on the shelf,"""
 OTHER_SHAPE_OF_LITTLE, LITTLE = 0.1, 0.5
 """or this larger one up to so much above the noise: what a second effect makes of no more than that is no
-evidence for it, unless one of the two leaves hardly more alone than the best,"""
+evidence for it where the two are collinear, nor unless one of them leaves hardly more alone than the best,"""
 NEARLY = 2.0
 """no more than so many times as much above the noise, and both together next to nothing of that:"""
 MENDED = 0.1
@@ -45,20 +45,27 @@ are answered otherwise for that; the same for 0.3 and 0.7."""
 
 @dataclasses.dataclass(frozen=True)
 class Alone:
-    """What effects leave alone: misfits by effect, and the nominal model's; what two leave together; and the
-    effects that are not told from an effect."""
+    """What effects leave alone: misfits by effect, and the nominal model's; what two leave together; the
+    effects that are not told from an effect; and those whose traces are nearly collinear with its own."""
 
     misfits: Mapping[str, float]
     nominal: float
     together: Mapping[frozenset[str], float]
     same: Mapping[str, Collection[str]]
+    collinear: Mapping[str, Collection[str]]
 
     @classmethod
-    def of(cls, accounts: Sequence[Account], nominal: float, same: Mapping[str, Collection[str]]) -> Alone:
+    def of(
+        cls,
+        accounts: Sequence[Account],
+        nominal: float,
+        same: Mapping[str, Collection[str]],
+        collinear: Mapping[str, Collection[str]],
+    ) -> Alone:
         """What the accounts say."""
         singles = {one.keys[0]: one.misfit for one in accounts if len(one.keys) == 1}
         pairs = {frozenset(two.keys): two.misfit for two in accounts if len(two.keys) == 2}
-        return cls(singles, nominal, pairs, same)
+        return cls(singles, nominal, pairs, same, collinear)
 
     @property
     def best(self) -> float:
@@ -74,14 +81,20 @@ class Alone:
         """Whether one effect does so well that two are no evidence for a second."""
         if self.best < 1 + NOISE_KNOWN:
             return True
+        shape = max(OTHER_SHAPE * self._excess, min(OTHER_SHAPE_OF_LITTLE * self._excess, LITTLE))
+        if self.best < 1 + shape and self._are_collinear(two.keys):
+            return True
         if self.best < 1 + HARDLY * self._excess:
             return two.misfit > 1 + ALL_BUT * self._left or self._without(two) <= 1 + MOST * self._left
-        shape = max(OTHER_SHAPE * self._excess, min(OTHER_SHAPE_OF_LITTLE * self._excess, LITTLE))
         if self.best >= 1 + shape:
             return False
         nearly = {key for key, misfit in self.misfits.items() if misfit <= 1 + NEARLY * self._left}
         mended = MENDED_BY_ONE if self._stands_apart(two) else MENDED
         return not nearly & {*two.keys} or two.misfit > 1 + mended * self._left
+
+    def _are_collinear(self, keys: Collection[str]) -> bool:
+        """Whether one of these effects does in part what another of them does."""
+        return any(not set(keys).isdisjoint(self.collinear.get(key, ())) for key in keys)
 
     def _stands_apart(self, two: Account) -> bool:
         """Whether far more is left without the second of two, whatever was tried in its place."""

@@ -31,7 +31,7 @@ from fitting.diagnosis.which.explanation import Explanation, best_of
 from fitting.diagnosis.which.in_step import in_step
 from fitting.diagnosis.which.pairs import each_alone, in_place_of_either, pairs_beside, with_still_friction
 from fitting.diagnosis.which.screen import Screen, screen
-from fitting.diagnosis.which.survey import Survey, aliases, freed
+from fitting.diagnosis.which.survey import Survey, aliases, collinear, freed
 from fitting.progress import Progress
 
 PROMISING = 20.0
@@ -206,7 +206,7 @@ def _weighed(
     left = (misfit / floor for misfit in _told(bench, nominal, found))
     accounts = tuple(account(model, bench, known, e, misfit) for e, misfit in zip(found, left, strict=True))
     accounts = within_scatter(accounts) if bench.scatters else accounts
-    samples, alike = float(bench.dof().sum()), aliases(model, first)
+    samples, alike, mending = float(bench.dof().sum()), aliases(model, first), collinear(first)
     without = told_by_many(bench, nominal)
     judgement = judge(
         without / floor,
@@ -220,8 +220,9 @@ def _weighed(
             {frozenset(e.keys): e.refit.misfit for e in found},
         ),
         hidden=model.shelf.of_friction() if bench.scatters else (),
+        collinear=mending,
     )
-    against = Yardstick(without, floor, samples, inflation, bench.scatters, accounts, alike)
+    against = Yardstick(without, floor, samples, inflation, bench.scatters, accounts, alike, mending)
     made = Attribution(nominal, tuple(found), first, judgement, against)
     return made.astray() if made.lost > LOST else made
 

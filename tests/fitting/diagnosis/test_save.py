@@ -67,7 +67,7 @@ def test_the_fixed_keys(content):
     yardstick = content["yardstick"]
     (account,) = yardstick.pop("accounts")
     assert account.pop("keys") == [TRUTH] and yardstick.pop("aliases") == {TRUTH: ["force_delay"]}
-    assert yardstick.pop("scatters") is False
+    assert yardstick.pop("scatters") is False and yardstick.pop("collinear") == {}
     assert yardstick == {"nominal": 46.6, "floor": 1.0, "samples": 14210.0, "inflation": 3.0}
     assert account.pop("of_friction") == account.pop("shapes") == account.pop("changing") == []
     assert account == {"misfit": 1.02, "parameters": 2, "of_one_run": 0.0, "runs": 1, "steadier": 0.5}

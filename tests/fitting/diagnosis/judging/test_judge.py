@@ -288,6 +288,20 @@ def test_a_small_second_effect_is_named_where_it_takes_nearly_all_that_is_left()
 
 
 @pytest.mark.parametrize(
+    ("alone", "collinear", "verdict"),
+    [
+        (1.09, {}, "several"),
+        (1.09, {SHELF[1]: [SHELF[0]]}, "effect"),
+        (1.8, {SHELF[1]: [SHELF[0]]}, "several"),
+    ],
+)
+def test_what_a_collinear_second_takes_of_little_is_a_matter_of_shape(alone, collinear, verdict):
+    """Though it takes nearly all; not where much is left without it."""
+    found = [account(0, alone), account(1, 7.0), both(1.001)]
+    assert judge(8.0, found, SAMPLES, 1.5, SHELF, collinear=collinear).verdict == verdict
+
+
+@pytest.mark.parametrize(
     ("two", "another", "verdict"), [(1.004, 1.08, "several"), (1.03, 1.08, "effect"), (1.004, 1.03, "effect")]
 )
 def test_beside_a_very_strong_effect_a_second_is_named_that_takes_all_that_is_left_and_none_else_does(

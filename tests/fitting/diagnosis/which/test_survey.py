@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import types
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from fitting.diagnosis.which import survey as surveying
 from fitting.diagnosis.which.explanation import Explanation
 from fitting.diagnosis.which.pairs import each_alone
 from fitting.diagnosis.which.screen import screen
-from fitting.diagnosis.which.survey import nominal_on, second_look, survey
+from fitting.diagnosis.which.survey import collinear, nominal_on, second_look, survey
 from fitting.progress import Silent
 from jaxstick.effects.displacement_gain import DisplacementGain
 from tests.fitting.diagnosis.grounded import grounded, with_effect
@@ -121,3 +123,9 @@ def test_lanes_are_lent_only_to_what_lost_ones_may_have_hidden(enlarged, monkeyp
     found = [leaving(share) for share in (1.0, 1.2, 2.0)]
     surveying.freed(model, base.bench, found)
     assert lent == [e.refit.misfit for e in found[:2]]
+
+
+def test_traces_that_lie_close_are_collinear_either_way_and_none_is_with_itself():
+    cosine = np.array([[1.0, 0.75, 0.1], [0.75, 1.0, 0.5], [0.1, 0.5, 1.0]])
+    seen: Any = types.SimpleNamespace(keys=("peak", "strengthening", "hum"), cosine=cosine)
+    assert collinear(seen) == {"peak": ["strengthening"], "strengthening": ["peak"], "hum": []}
