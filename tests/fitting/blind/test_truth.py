@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -68,10 +69,18 @@ def test_it_follows_the_event_driven_reference(ratio, viscous, against):
     assert np.sqrt(np.mean((out[:, 2] - reference.F[1:]) ** 2)) < 1e-4 * rig.static_friction
 
 
-def change(rig: tuple[Recipe, Scales], effect: Formulation, share: float) -> np.ndarray:
+class Tiny(NamedTuple):
+    """A rig without effects, its scales, and the channels of its runs."""
+
+    recipe: Recipe
+    scales: Scales
+    channels: np.ndarray
+
+
+def change(rig: Tiny, effect: Formulation, share: float) -> np.ndarray:
     """What a share of the most that there may be of an effect changes in the channels of both runs, one after
     another, each in units of its own size."""
-    recipe, scales = rig
+    recipe, scales, still = rig
     chosen = Chosen(
         key=effect.key,
         version=effect.version,
@@ -79,7 +88,7 @@ def change(rig: tuple[Recipe, Scales], effect: Formulation, share: float) -> np.
         shape=effect.shape(scales, np.random.default_rng(5)),
     )
     size = np.array([scales.stroke, scales.force, scales.base])[:, None]
-    return (channels(replace(recipe, effects=(chosen,))) - channels(recipe)) / size
+    return (channels(replace(recipe, effects=(chosen,))) - still) / size
 
 
 def channels(recipe: Recipe) -> np.ndarray:
@@ -90,7 +99,8 @@ def channels(recipe: Recipe) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def rig():
-    return tiny_rig()
+    recipe, scales = tiny_rig()
+    return Tiny(recipe, scales, channels(recipe))
 
 
 @pytest.mark.parametrize("effect", EVERY, ids=lambda effect: f"{effect.key}-{effect.version}")
