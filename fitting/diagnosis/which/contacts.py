@@ -108,14 +108,9 @@ def choose_contact(
         )
         other = dataclasses.replace(problem, hypothesis=hypothesis)
         its = Model(other, model.workers)
-        begins = [(carried(fit, model, its), fit) for fit in before]
-        for begun, fit in begins[:]:
-            if not its.free_effects(begun.free):
-                constants = sought(its, ground.shortest, ground.begins, Silent())
-                begins += [(anew, fit) for anew in _anew(its, bench, begun, constants)]
-        found = refit(
-            its, bench, [fit.point for fit, _ in begins], [fit.free for fit, _ in begins], iterations=STEPS
-        )
+        begins = _begun(before, model, its, bench, ground)
+        points, free = [begun.point for begun, _ in begins], [begun.free for begun, _ in begins]
+        found = refit(its, bench, points, free, iterations=STEPS)
         pairs = [(fit, same) for fit, (_, same) in zip(found, begins, strict=True)]
         one, same = min(pairs, key=lambda pair: _typical(pair[0]))
         if _ratio(one, same) < HOPEFUL:
@@ -134,6 +129,21 @@ def choose_contact(
     chosen = min(worthy, key=lambda each: each[0])[1] if worthy else paper
     progress.advance(chosen.words or "the assumed one stays")
     return chosen
+
+
+def _begun(
+    fits: Sequence[Refit], model: Model, other: Model, bench: Bench, ground: Ground
+) -> list[tuple[Refit, Refit]]:
+    """Where the fits under one contact would begin under another, each beside its fit: as carried over, and
+    the nominal model's also at the constants that a search under the other contact finds."""
+    begins = []
+    for fit in fits:
+        begun = carried(fit, model, other)
+        begins.append((begun, fit))
+        if not other.free_effects(begun.free):
+            constants = sought(other, ground.shortest, ground.begins, Silent())
+            begins += [(anew, fit) for anew in _anew(other, bench, begun, constants)]
+    return begins
 
 
 def _anew(model: Model, bench: Bench, begun: Refit, constants: Sequence[np.ndarray]) -> list[Refit]:
