@@ -82,12 +82,12 @@ class Alone:
         if self.best < 1 + NOISE_KNOWN:
             return True
         shape = max(OTHER_SHAPE * self._excess, min(OTHER_SHAPE_OF_LITTLE * self._excess, LITTLE))
-        if self.best < 1 + shape and self._are_collinear(two.keys):
+        if self.best >= 1 + shape:
+            return False
+        if self._are_collinear(two.keys):
             return True
         if self.best < 1 + HARDLY * self._excess:
             return two.misfit > 1 + ALL_BUT * self._left or self._without(two) <= 1 + MOST * self._left
-        if self.best >= 1 + shape:
-            return False
         nearly = {key for key, misfit in self.misfits.items() if misfit <= 1 + NEARLY * self._left}
         mended = MENDED_BY_ONE if self._stands_apart(two) else MENDED
         return not nearly & {*two.keys} or two.misfit > 1 + mended * self._left

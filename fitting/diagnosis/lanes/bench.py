@@ -115,6 +115,12 @@ class Point:
         own[index] = self.own
         return dataclasses.replace(self, own=own)
 
+    def at_constants(self, model: Model, constants: np.ndarray) -> Point:
+        """The point with these constants (coordinates)."""
+        coordinates = self.coordinates.copy()
+        coordinates[model.index(*model.constants)] = constants
+        return dataclasses.replace(self, coordinates=coordinates)
+
     def without(self, model: Model, keys: Iterable[str]) -> Point:
         """The point with some effects at null and in their typical shape, still attached."""
         own = model.index(*(name for key in keys for name in model.shelf.names(key)))

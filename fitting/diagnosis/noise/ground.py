@@ -179,12 +179,9 @@ def _fitted(
     """The constants fitted from several beginnings (coordinates), lanes starting as recorded, friction not
     wandering; where `settle`, every lane's start is first fitted by itself."""
     constants = model.index(*model.constants)
-    points = []
-    for values in begin:
-        coordinates = model.origin({})
-        coordinates[constants] = values
-        own, widths = np.asarray(bench.lanes.start), np.full(OWN - START, LEAST)
-        points.append(Point((), coordinates, model.alike(bench.runs), own, widths))
+    own, widths = np.asarray(bench.lanes.start), np.full(OWN - START, LEAST)
+    origin = Point((), model.origin({}), model.alike(bench.runs), own, widths)
+    points = [origin.at_constants(model, values) for values in begin]
     if settle:
         points = all_settled(model, bench, points)
     return refit(

@@ -41,13 +41,10 @@ def afresh(
     effect may lead them so far astray that hardly any effect is of help there.
     """
     few = bench.spread(HEAT_LANES)
-    heat, points = bench.take(few), []
-    for constants in begins:
-        coordinates = model.origin({})
-        coordinates[model.index(*model.constants)] = constants
-        own = np.asarray(heat.lanes.start)
-        points.append(dataclasses.replace(nominal.point, coordinates=coordinates, own=own))
-    points = all_settled(model, heat, points)
+    heat = bench.take(few)
+    own = np.asarray(heat.lanes.start)
+    origin = dataclasses.replace(nominal.point, coordinates=model.origin({}), own=own)
+    points = all_settled(model, heat, [origin.at_constants(model, constants) for constants in begins])
     seen = [promise for promise in promises if promise.can_be_seen]
     progress.stage("effects refitted afresh", len(seen))
     tried = []

@@ -135,25 +135,17 @@ def _begun(
     fits: Sequence[Refit], model: Model, other: Model, bench: Bench, ground: Ground
 ) -> list[tuple[Refit, Refit]]:
     """Where the fits under one contact would begin under another, each beside its fit: as carried over, and
-    the nominal model's also at the constants that a search under the other contact finds."""
+    the nominal model's also at the constants that a search under the other contact finds, every lane settled
+    there."""
     begins = []
     for fit in fits:
         begun = carried(fit, model, other)
         begins.append((begun, fit))
         if not other.free_effects(begun.free):
             constants = sought(other, ground.shortest, ground.begins, Silent())
-            begins += [(anew, fit) for anew in _anew(other, bench, begun, constants)]
+            points = [begun.point.at_constants(other, values) for values in constants]
+            begins += [(begun.begun(point, begun.free), fit) for point in all_settled(other, bench, points)]
     return begins
-
-
-def _anew(model: Model, bench: Bench, begun: Refit, constants: Sequence[np.ndarray]) -> list[Refit]:
-    """Where a refit would begin with each of these constants (coordinates), every lane settled first."""
-    places, points = model.index(*model.constants), []
-    for values in constants:
-        coordinates = begun.point.coordinates.copy()
-        coordinates[places] = values
-        points.append(dataclasses.replace(begun.point, coordinates=coordinates))
-    return [begun.begun(point, begun.free) for point in all_settled(model, bench, points)]
 
 
 def _typical(fit: Refit) -> float:

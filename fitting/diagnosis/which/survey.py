@@ -53,7 +53,7 @@ sealed cases without an effect were taken for something, their floors at 1.12 an
 in between, five of them without an effect, are judged alike by either."""
 SAME = 0.9
 """Aliases are the same to records in which the cosine between their traces is larger."""
-NEARLY = 0.6
+COLLINEAR = 0.6
 """Traces are nearly collinear if it is larger than that. Of 538 sealed cases two effects were named in 13 of
 which one leaves little alone: where one acted, that cosine was 0.74 and more in four of six, where two did,
 0.48 and less in seven of seven."""
@@ -232,7 +232,9 @@ def aliases(model: Model, seen: Screen) -> dict[str, list[str]]:
 def collinear(seen: Screen) -> dict[str, list[str]]:
     """The effects whose traces are nearly collinear with another's: each does in part what the other does."""
     return {
-        key: [other for other, cosine in zip(seen.keys, row, strict=True) if key != other and cosine > NEARLY]
+        key: [
+            other for other, cosine in zip(seen.keys, row, strict=True) if key != other and cosine > COLLINEAR
+        ]
         for key, row in zip(seen.keys, seen.cosine, strict=True)
     }
 

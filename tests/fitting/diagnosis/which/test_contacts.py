@@ -89,10 +89,8 @@ def test_constants_that_led_astray_under_the_assumed_contact_do_not_hide_the_one
     """From there elements that yield one after another cost least; the search of the bristle itself does not
     begin there."""
     problem, model, base = grounded({"contact": OtherContact(LuGreContact(TRUTH["k1"]))}, 5)
-    coordinates, constants = base.point.coordinates.copy(), model.index(*model.constants)
     far_off = model.origin({**TRUTH, "C": 0.3 * TRUTH["C"], "D": 10 * TRUTH["D"]})
-    coordinates[constants] = far_off[constants]
-    begin = dataclasses.replace(base.point, coordinates=coordinates)
+    begin = base.point.at_constants(model, far_off[model.index(*model.constants)])
     (astray,) = refit(model, base.bench, [begin], [model.nuisances()])
     assert astray.misfit > 1000
     lanes = np.arange(len(base.bench.lanes))
