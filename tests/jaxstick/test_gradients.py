@@ -23,21 +23,21 @@ NAMES = ("A", "B", "C", "D", "k1")
 RIG = replace(rig1987.rig(), D=0.5)
 POINT = np.array([RIG.A, RIG.B, RIG.C, RIG.D, RIG.k1, 1e-3, 0.05, -2.0])
 """The constants, then displacement, velocity and contact force at the start."""
-INTERVAL = 2e-3
+SAMPLES = 2800
+"""In every record, however long it is in seconds, so that all are computed by the same programs."""
 
 
-def _outcome(oscillator: Oscillator, samples: int) -> Callable[[Array], Array]:
+@jax.jit
+def _outcome(point: Array, oscillator: Oscillator, interval: float) -> Array:
     """Weighted sums of displacement and force over the record and the last displacement, of order one."""
-    weights = jnp.sin(0.37 * jnp.arange(samples, dtype=float))
+    weights = jnp.sin(0.37 * jnp.arange(SAMPLES, dtype=float))
+    changed = with_values(oscillator, {name: point[i] for i, name in enumerate(NAMES)})
+    run = march(changed, Start(*point[5:]), Grid(0.0, interval, SAMPLES, 10))
+    return jnp.stack([1e3 * jnp.sum(weights * run.x), 0.1 * jnp.sum(weights * run.friction), 1e3 * run.x[-1]])
 
-    def outcome(point: Array) -> Array:
-        changed = with_values(oscillator, {name: point[i] for i, name in enumerate(NAMES)})
-        run = march(changed, Start(*point[5:]), Grid(0.0, INTERVAL, samples, 10))
-        return jnp.stack(
-            [1e3 * jnp.sum(weights * run.x), 0.1 * jnp.sum(weights * run.friction), 1e3 * run.x[-1]]
-        )
 
-    return outcome
+_forward = jax.jit(jax.jacfwd(_outcome))
+_reverse = jax.jit(jax.jacrev(_outcome))
 
 
 def _central_difference(outcome: Callable[[Array], Array], point: np.ndarray, index: int) -> np.ndarray:
@@ -72,33 +72,31 @@ def test_forward_is_reverse_is_central_difference(contact: type[AbstractContact]
     The paper's contact at the low ratio is chaotic, where no derivative means anything.
     """
     drive = rig1987.drive(ratio)
-    samples = int(1.2 / drive.frequency / INTERVAL)
-    outcome = jax.jit(_outcome(twin(RIG, drive, contact), samples))
+    oscillator, interval = twin(RIG, drive, contact), 1.2 / drive.frequency / SAMPLES
     point = jnp.asarray(POINT)
-    forward = np.asarray(jax.jit(jax.jacfwd(outcome))(point))
-    reverse = np.asarray(jax.jit(jax.jacrev(outcome))(point))
+    forward = np.asarray(_forward(point, oscillator, interval))
+    reverse = np.asarray(_reverse(point, oscillator, interval))
     scale = np.abs(forward).max(axis=0)
     assert np.all(scale > 0)
     assert np.abs(forward - reverse).max(axis=0) == pytest.approx(0, abs=1e-10 * scale.max())
     for index in range(len(POINT)):
-        difference = _central_difference(outcome, POINT, index)
+        difference = _central_difference(lambda at: _outcome(at, oscillator, interval), POINT, index)
         gap = np.abs(difference - forward[:, index]).max() / scale[index]
         assert gap < (1e-6 if ratio > 0.1 else 1e-5), f"{index}: {gap:.1e}"
 
 
 def test_derivatives_under_vmap_are_those_of_each_lane() -> None:
     """Forward and reverse, lanes over frequency: vmap of a derivative is the derivative of each lane."""
-    ratios = jnp.array([0.1, 0.326, 0.7, 1.0])
-    base = twin(RIG, rig1987.drive(0.326))
-
-    def last(point: Array, ratio: Array) -> Array:
-        changed = with_values(base, {"frequency": ratio * rig1987.NATURAL_FREQUENCY})
-        return _outcome(changed, 300)(point)[0]
-
+    drives = [rig1987.drive(ratio) for ratio in (0.1, 0.326, 0.7, 1.0)]
+    frequencies = jnp.array([drive.frequency for drive in drives])
     point = jnp.asarray(POINT)
-    together_forward = jax.jit(jax.vmap(jax.jacfwd(last), in_axes=(None, 0)))(point, ratios)
-    together_reverse = jax.jit(jax.vmap(jax.grad(last), in_axes=(None, 0)))(point, ratios)
-    alone = jnp.stack([jax.jit(jax.grad(last))(point, ratio) for ratio in ratios])
+
+    def at(frequency: Array) -> Oscillator:
+        return with_values(twin(RIG, drives[0]), {"frequency": frequency})
+
+    together_forward = jax.vmap(lambda frequency: _forward(point, at(frequency), 2e-4))(frequencies)
+    together_reverse = jax.vmap(lambda frequency: _reverse(point, at(frequency), 2e-4))(frequencies)
+    alone = [_reverse(point, twin(RIG, drive), 2e-4) for drive in drives]
     np.testing.assert_allclose(together_forward, alone, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(together_reverse, alone, rtol=1e-9, atol=1e-12)
 
@@ -114,9 +112,7 @@ def test_no_dead_gradient(share: float, decay: float, stiffness: float) -> None:
     """
     rig = replace(RIG, A=share * RIG.A, C=share * RIG.C, B=decay, D=1e-3, k1=stiffness * RIG.stiffness)
     point = jnp.asarray([rig.A, rig.B, rig.C, rig.D, rig.k1, 0.0, 0.0, 0.0])
-    jacobians = [
-        jax.jit(jax.jacfwd(_outcome(twin(rig, rig1987.drive(ratio)), 600)))(point) for ratio in (0.19, 0.8)
-    ]
+    jacobians = [_forward(point, twin(rig, rig1987.drive(ratio)), 1.2 / SAMPLES) for ratio in (0.19, 0.8)]
     slope = np.abs(np.asarray(jacobians)).max(axis=(0, 1))[:5] * np.asarray(point)[:5]
     assert np.all(np.isfinite(jacobians))
     assert np.all(slope > 1e-9), slope

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -29,13 +30,19 @@ NAMES = ("lugre", "elasto-plastic", "iwan")
 
 def pulled(contact: AbstractContact, way: np.ndarray, begin: Approach = UNTOUCHED) -> np.ndarray:
     """The friction force at places of the mass, pulled slowly through them from where it begins."""
+    slides = np.diff(way)
+    return np.asarray(_pulled(*jax.tree.map(jnp.asarray, (contact, slides, begin))))
+
+
+@jax.jit
+def _pulled(contact: AbstractContact, slides: jax.Array, begin: Approach) -> jax.Array:
     force, state = contact.initial(begin, DRY)
-    out = [float(force)]
-    for slide in np.diff(way):
-        grip = contact.grip(state, Passage(1e-3, jnp.asarray(slide), jnp.asarray(1e-6), 0.0, 2.0), DRY)
-        state = grip.state
-        out.append(float(grip.friction))
-    return np.array(out)
+
+    def one(state: Any, slide: jax.Array) -> tuple[Any, jax.Array]:
+        grip = contact.grip(state, Passage(1e-3, slide, jnp.asarray(1e-6), 0.0, 2.0), DRY)
+        return grip.state, jnp.asarray(grip.friction)
+
+    return jnp.append(force, jax.lax.scan(one, jax.tree.map(jnp.asarray, state), slides)[1])
 
 
 def test_a_lugre_bristle_bends_as_an_exponential():
@@ -153,6 +160,7 @@ def test_forward_derivatives_are_central_differences(contact):
     names = [name for name in ("k1", "breakaway", "spread", "C") if name in "k1 C" or hasattr(contact, name)]
     whole = oscillator(contact)
 
+    @jax.jit
     def last(values: jax.Array) -> jax.Array:
         changed = with_values(whole, {name: values[i] for i, name in enumerate(names)})
         run = march(changed, Start(), Grid(0.0, 4e-3, 120, 16))
@@ -160,7 +168,7 @@ def test_forward_derivatives_are_central_differences(contact):
 
     known = {"k1": K1, "C": 5.0, "breakaway": 0.6, "spread": 0.2}
     point = np.array([known[name] for name in names])
-    slope = np.asarray(jax.jacfwd(last)(jnp.asarray(point)))
+    slope = np.asarray(jax.jit(jax.jacfwd(last))(jnp.asarray(point)))
     for i in range(len(names)):
         step = np.zeros(len(names))
         step[i] = 1e-5 * point[i]

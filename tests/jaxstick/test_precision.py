@@ -59,9 +59,9 @@ def swing(x):
 
 
 def in_float64(compute):
-    """What the same computation gives where the whole session is float64."""
+    """What the same computation gives where the whole session is float64, compiled."""
     with jax.enable_x64(True):
-        return np.asarray(compute())
+        return np.asarray(jax.jit(compute)())
 
 
 def test_an_eager_call_is_float64_and_the_setting_stays():

@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from jaxstick.compiled import QUICKLY
 from jaxstick.effect import Leftover
 from jaxstick.hypothesis import effects_at_null
 from jaxstick.nominal import nominal
@@ -23,7 +24,7 @@ from jaxstick.parts.drive import AbstractDrive, Excitation, RecordedDrive, SineD
 from jaxstick.parts.friction import ExponentialFriction
 from jaxstick.parts.rig import Rig
 from jaxstick.parts.track import Trace, Track
-from jaxstick.simulate import Grid, march, simulate
+from jaxstick.simulate import Grid, OpenGrid, march, simulate
 from tests.jaxstick.rig1987_runs import RIG, constants
 
 A, B, C, D, K1 = 2.0, 40.0, 6.0, 3.0, 1e5
@@ -38,8 +39,13 @@ def with_effect(oscillator: Oscillator, key: str, **values: float) -> Oscillator
 
 
 def simulated(oscillator: Oscillator) -> Any:
-    run = simulate(oscillator, samples=2000, interval=1e-3, steps_per_sample=10)
+    """Its constants are arrays, so that one program serves an effect whatever its values."""
+    traced = jax.tree.map(jnp.asarray, oscillator)
+    run = simulate(traced, samples=2000, interval=1e-3, steps_per_sample=10)
     return jax.tree.map(np.asarray, run)
+
+
+marched = jax.jit(march, compiler_options=QUICKLY)
 
 
 def slipping(run: Any) -> np.ndarray:
@@ -235,26 +241,26 @@ def contact_of(key: str, contact=None, **values: float):
 
 def dragged(contact, path: np.ndarray, step: float, rest: float = 0.0) -> np.ndarray:
     """The friction force on a slider that is led along `path` [m] from an unloaded contact, node by node."""
+    return np.asarray(_dragged(contact, jnp.asarray(path), step, rest))
+
+
+@jax.jit
+def _dragged(contact, path, step, rest):
     traction = Traction(
         lambda rate, direction: A * jnp.exp(-B * jnp.abs(rate)) + C, lambda rate, direction: jnp.asarray(0.0)
     )
+    friction, state = contact.initial(Approach(jnp.asarray(0.0), jnp.asarray(0.0), rest), traction)
+    slides = jnp.diff(path)
+    rates = jnp.concatenate([(slides[1:] + slides[:-1]) / 2, slides[-1:]]) / step
 
-    @jax.jit
-    def forces(path):
-        friction, state = contact.initial(Approach(jnp.asarray(0.0), jnp.asarray(0.0), rest), traction)
-        slides = jnp.diff(path)
-        rates = jnp.concatenate([(slides[1:] + slides[:-1]) / 2, slides[-1:]]) / step
+    def one(state, given):
+        slide, rate = given
+        passage = Passage(jnp.asarray(step), slide, rate, jnp.asarray(0.0), jnp.asarray(1e6))
+        grip = contact.grip(state, passage, traction)
+        return grip.state, grip.friction
 
-        def one(state, given):
-            slide, rate = given
-            passage = Passage(jnp.asarray(step), slide, rate, jnp.asarray(0.0), jnp.asarray(1e6))
-            grip = contact.grip(state, passage, traction)
-            return grip.state, grip.friction
-
-        state = jax.tree.map(jnp.asarray, state)
-        return jnp.concatenate([friction[None], jax.lax.scan(one, state, (slides, rates))[1]])
-
-    return np.asarray(forces(jnp.asarray(path)))
+    state = jax.tree.map(jnp.asarray, state)
+    return jnp.concatenate([friction[None], jax.lax.scan(one, state, (slides, rates))[1]])
 
 
 def test_friction_lags_a_ramp_of_velocity_by_the_lag() -> None:
@@ -316,14 +322,15 @@ def test_a_motion_that_is_picked_up_remembers_how_it_slid(at: int, transition: f
     nothing is known before begins as if it had always slid so."""
     lagging = with_effect(NOMINAL, "frictional_memory", lag=0.06, transition=transition)
     run = simulated(lagging)
-    past = 1e-3 * np.arange(at + 1)
-    base = np.asarray(DRIVE.at(jnp.asarray(past)).y)
-    track = Track(past, run.x[at::-1], base[::-1])
+    lags = 1e-3 * np.arange(1204)
+    before = at - np.arange(1204)
+    base = np.asarray(DRIVE.at(jnp.asarray(run.time[before])).y)
+    track = Track(lags, run.x[before], base)
     begin = Start(run.x[at], run.v[at], run.friction[at], track=track)
 
     def astray(start: Start) -> float:
-        grid = Grid(1e-3 * at, 1e-3, 100, 10)
-        return float(np.abs(march(lagging, start, grid).friction - run.friction[at : at + 100]).max())
+        seen = marched(lagging, start, Grid(1e-3 * at, 1e-3, 100, 10))
+        return float(np.abs(seen.friction - run.friction[at : at + 100]).max())
 
     assert astray(begin) < 2e-3 < 0.4 < astray(begin._replace(track=None))
 
@@ -644,6 +651,11 @@ FRICTION = {
 }
 
 
+def travel(begin: float, samples: int = 400) -> OpenGrid:
+    """The grid of a fit, which is traced and compiled fastest; so are programs with the options of a fit."""
+    return OpenGrid(begin, 2e-3, jnp.asarray(4), jnp.asarray(samples), samples)
+
+
 def test_friction_effects_attach_in_any_order() -> None:
     """All together: forwards and backwards give the same motion to a share of what they do."""
     effects = {key: replace(effects_at_null((key,))[key], values) for key, values in FRICTION.items()}
@@ -652,8 +664,8 @@ def test_friction_effects_attach_in_any_order() -> None:
         ahead = effects[key].attach(ahead)
     for key in reversed(effects):
         behind = effects[key].attach(behind)
-    run = jax.jit(lambda oscillator: march(oscillator, Start(), Grid(0.0, 2e-3, 400, 4)).x)
-    one, other, without = (np.asarray(run(oscillator)) for oscillator in (ahead, behind, NOMINAL))
+    runs = (marched(oscillator, Start(), travel(0.0)) for oscillator in (ahead, behind, NOMINAL))
+    one, other, without = (np.asarray(run.x) for run in runs)
     assert np.abs(one - other).max() < 0.05 * np.abs(one - without).max()
 
 
@@ -663,14 +675,14 @@ def test_what_grows_with_speed_sees_the_true_one_under_a_stribeck_curve_of_anoth
         "stribeck_shape": {"excess": 0.5, "reference": 0.01},
         "velocity_strengthening": {"growth": 0.05},
     }
-    run = jax.jit(lambda oscillator: march(oscillator, Start(), Grid(0.0, 2e-3, 400, 4)).force)
     forces = []
     for keys in (tuple(shaped), tuple(reversed(shaped))):
         oscillator = NOMINAL
         for key in keys:
             oscillator = with_effect(oscillator, key, **shaped[key])
-        forces.append(np.asarray(run(oscillator)))
-    without = np.asarray(run(with_effect(NOMINAL, "velocity_strengthening", growth=0.05)))
+        forces.append(np.asarray(marched(oscillator, Start(), travel(0.0)).force))
+    strengthening = with_effect(NOMINAL, "velocity_strengthening", growth=0.05)
+    without = np.asarray(marched(strengthening, Start(), travel(0.0)).force)
     np.testing.assert_allclose(*forces, rtol=0, atol=1e-9 * STATIC)
     assert np.abs(forces[0] - without).max() > 0.01 * STATIC
 
@@ -679,8 +691,8 @@ def test_friction_effects_at_null_change_no_bit() -> None:
     together = NOMINAL
     for effect in effects_at_null(tuple(FRICTION)).values():
         together = effect.attach(together)
-    run = jax.jit(lambda oscillator: march(oscillator, Start(1e-3, 0.1, -2.0), Grid(0.1, 2e-3, 400, 4)))
-    for one, other in zip(run(together), run(NOMINAL), strict=True):
+    runs = (marched(oscillator, Start(1e-3, 0.1, -2.0), travel(0.1)) for oscillator in (together, NOMINAL))
+    for one, other in zip(*runs, strict=True):
         assert np.abs(np.asarray(one) - np.asarray(other)).max() <= 1e-13 * np.abs(np.asarray(other)).max()
 
 
@@ -690,22 +702,22 @@ def test_derivatives_at_null_with_all_friction_effects_attached() -> None:
     names = [(key, name) for key, values in FRICTION.items() for name in values]
     sizes = np.array([FRICTION[key][name] for key, name in names])
 
-    @jax.jit
     def motion(point):
         oscillator = NOMINAL
         for key in FRICTION:
             given = {name: point[i] for i, (owner, name) in enumerate(names) if owner == key}
             oscillator = replace(hypothesis[key], given).attach(oscillator)
-        run = march(oscillator, Start(1e-3, 0.1, -2.0), Grid(0.1, 2e-3, 250, 4))
-        return jnp.concatenate([run.displacement / 1e-2, run.friction / STATIC])
+        run = march(oscillator, Start(1e-3, 0.1, -2.0), travel(0.1, 250))
+        seen = jnp.concatenate([run.displacement / 1e-2, run.friction / STATIC])
+        return seen, seen
 
-    null = jnp.zeros(len(names))
-    jacobian = np.asarray(jax.jit(jax.jacfwd(motion))(null)) * sizes
-    base = np.asarray(motion(null))
+    slopes_and_motion = jax.jit(jax.jacfwd(motion, has_aux=True), compiler_options=QUICKLY)
+    slopes, base = (np.asarray(part) for part in slopes_and_motion(jnp.zeros(len(names))))
+    jacobian = slopes * sizes
     for index, (key, name) in enumerate(names):
         step = np.zeros(len(names))
         step[index] = 1e-5 * sizes[index]
-        difference = (np.asarray(motion(jnp.asarray(step))) - base) / 1e-5
+        difference = (np.asarray(slopes_and_motion(jnp.asarray(step))[1]) - base) / 1e-5
         size = np.abs(jacobian[:, index]).max()
         assert size > 1e-4, (key, name)
         assert np.abs(difference - jacobian[:, index]).max() < 1e-3 * size, (key, name)

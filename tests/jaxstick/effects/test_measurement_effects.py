@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -71,39 +73,53 @@ def recorded(
     start: float = 0.0,
     past: Past | None = None,
 ) -> Record:
-    """What the instrument reads of this force and motion, node by node from `start`."""
+    """What the instrument reads of this force and motion, node by node from `start`.
 
-    def run(chain: AbstractInstrument, past: Past) -> Reading:
-        return _recorded(chain, force, motion, step, steps, start, past)
-
-    given = Past(jax.grad(force)(start)) if past is None else past
-    return Record(*map(np.asarray, jax.jit(run)(chain, given)))
+    Numbers are arguments of the compiled program, also the frequency of a `sine`: one serves them all.
+    """
+    numbers = jax.tree.map(jnp.asarray, (chain, step, start, past))
+    return Record(*map(np.asarray, _compiled(force, motion, steps, *numbers)))
 
 
 def _recorded(
-    chain: AbstractInstrument,
     force: Signal,
     motion: Callable[[Any], Motion],
-    step: float,
     steps: int,
-    start: float,
-    past: Past,
+    chain: AbstractInstrument,
+    step: Scalar,
+    start: Scalar,
+    past: Past | None,
 ) -> Reading:
-    first = jnp.asarray(start)
-    begin = jax.tree.map(jnp.asarray, chain.initial(motion(first), force(first), past))
+    past = Past(jax.grad(force)(start)) if past is None else past
+    begin = jax.tree.map(jnp.asarray, chain.initial(motion(start), force(start), past))
 
     def node(state: Any, number: Any) -> tuple[Any, Reading]:
         t = start + step * number
-        state = chain.advance(state, motion(t), force(t), jnp.asarray(step))
+        state = chain.advance(state, motion(t), force(t), step)
         return state, chain.read(state, motion(t), force(t))
 
     _, later = jax.lax.scan(node, begin, jnp.arange(1.0, steps + 1.0))
-    now = chain.read(begin, motion(first), force(first))
+    now = chain.read(begin, motion(start), force(start))
     return jax.tree.map(lambda a, b: jnp.concatenate([jnp.asarray(a)[None], b]), now, later)
 
 
+_compiled = eqx.filter_jit(_recorded)
+
+
+def _sine(frequency: Any, t: Any) -> Any:
+    return jnp.sin(2 * jnp.pi * frequency * t)
+
+
 def sine(frequency: float) -> Signal:
-    return lambda t: jnp.sin(2 * jnp.pi * frequency * t)
+    return jax.tree_util.Partial(_sine, jnp.asarray(frequency))
+
+
+def ramp(t: Any) -> Any:
+    return 100.0 + 7.0 * t
+
+
+def bumps(t: Any) -> Any:
+    return jnp.sin(30.0 * t) + 2 * jnp.abs(jnp.sin(4.0 * t) - 0.4)
 
 
 def response(reading: np.ndarray, frequency: float) -> complex:
@@ -149,11 +165,9 @@ def test_no_step_is_too_long_or_too_short_for_a_lag(step):
         ("force_lowpass", {"time": 2e-3, "curvature": 0.5, "further": 0.4}, 2e-3),
         ("force_table_compliance", {"share": 1.0, "damping": 0.3}, 2 * 0.3 / (2 * math.pi * 46.0)),
     ):
-        seen = recorded(
-            instrument(key, **values), lambda t: 100.0 + 7.0 * t, step=step, steps=300, past=Past(7.0)
-        )
-        ramp = 100.0 + 7.0 * step * np.arange(301)
-        np.testing.assert_allclose(seen.friction, ramp - 7.0 * delay, rtol=1e-9)
+        seen = recorded(instrument(key, **values), ramp, step=step, steps=300, past=Past(7.0))
+        expected = ramp(step * np.arange(301)) - 7.0 * delay
+        np.testing.assert_allclose(seen.friction, expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize("key", ["force_lowpass", "force_delay"])
@@ -163,6 +177,7 @@ def test_the_first_order_effect_of_lateness_is_the_rate_of_the_force(key):
     def force(t):
         return jnp.sin(9.0 * t) + jnp.abs(t - 0.3)
 
+    @jax.jit
     def reading(late):
         chain = instrument(key, **{name: late})
         state = chain.initial(AT_REST(0.0), force(0.0), Past(9.0 - 1.0))
@@ -183,11 +198,8 @@ def test_the_first_order_effect_of_lateness_is_the_rate_of_the_force(key):
 
 @pytest.mark.parametrize("late", [0.3e-3, 2e-3, 11.1e-3, 20e-3])
 def test_the_delayed_force_is_the_force_shifted(late):
-    def force(t):
-        return jnp.sin(30.0 * t) + 2 * jnp.abs(jnp.sin(4.0 * t) - 0.4)
-
-    seen = recorded(instrument("force_delay", delay=late), force, past=Past(30.0 - 8.0)).friction
-    truth = np.asarray(force(TIME - late))
+    seen = recorded(instrument("force_delay", delay=late), bumps, past=Past(30.0 - 8.0)).friction
+    truth = np.asarray(bumps(TIME - late))
     inside = late <= TIME
     assert np.max(np.abs(seen - truth)[inside]) < 16 * STEP / 4
     smooth = inside & (np.abs(np.sin(4.0 * (TIME - late)) - 0.4) > 0.01)
@@ -213,7 +225,8 @@ def test_the_delayed_force_is_smooth_in_the_delay():
     @jax.vmap
     def last(delay: Any) -> Any:
         chain = instrument("force_delay", delay=delay)
-        return jnp.asarray(_recorded(chain, force, AT_REST, STEP, 100, 0.0, Past()).friction)[-1]
+        seen = _recorded(force, AT_REST, 100, chain, jnp.asarray(STEP), jnp.asarray(0.0), Past())
+        return jnp.asarray(seen.friction)[-1]
 
     slopes = np.diff(last(delays)) / np.diff(delays)
     middles = jnp.asarray((delays[1:] + delays[:-1]) / 2)
@@ -482,9 +495,12 @@ def test_gain_and_delay_of_the_displacement_act_on_the_same_reading_in_either_or
 GRID = Grid(0.0, 2e-3, 400, 5)
 
 
-@jax.jit
+marched = jax.jit(march)
+
+
 def travelled(oscillator: Oscillator) -> Trajectory:
-    return march(oscillator, Start(), GRID)
+    run = marched(jax.tree.map(jnp.asarray, oscillator), Start(), GRID)
+    return jax.tree.map(np.asarray, run)
 
 
 def test_a_late_base_is_a_drive_ahead_of_its_record():
@@ -572,7 +588,7 @@ def test_an_instrument_is_told_acceleration_and_rate_of_the_force_at_the_start()
     law, k1 = oscillator.friction, oscillator.contact.k1
 
     def told(start):
-        seen = march(oscillator, start, Grid(0.1, 2e-3, 1, 1))
+        seen = marched(oscillator, start, Grid(0.1, 2e-3, 1, 1))
         return float(seen.friction[0]), float(seen.displacement[0])
 
     rate, acceleration = told(Start(1e-3, 2e-3, -3.0))
@@ -582,6 +598,12 @@ def test_an_instrument_is_told_acceleration_and_rate_of_the_force_at_the_start()
     rate, acceleration = told(Start(1e-3, 0.05, -7.0))
     slope = law.A * law.B * np.exp(-law.B * 0.05) - law.D  # pyright: ignore[reportAttributeAccessIssue]
     assert rate == pytest.approx(slope * acceleration, rel=2e-2)
+
+
+@jax.jit
+@functools.partial(jax.vmap, in_axes=(None, 0, 0))
+def segments(oscillator: Oscillator, start: Start, time: Any) -> Trajectory:
+    return march(oscillator, start, Grid(time, 2e-3, 25, 5))
 
 
 @pytest.mark.parametrize(
@@ -601,16 +623,11 @@ def test_a_segment_taken_from_a_record_begins_as_the_record_goes_on(key, values)
     whole = travelled(oscillator)
     firsts = np.arange(20, 370, 7)
 
-    @jax.jit
-    @jax.vmap
-    def segment(start: Start, time: Any) -> Trajectory:
-        return march(oscillator, start, Grid(time, 2e-3, 25, 5))
-
     first = Start(
         *(part[firsts] for part in (whole.x, whole.v, whole.force)), recorded=whole.friction[firsts]
     )
-    first = jax.tree.map(lambda part: jnp.broadcast_to(jnp.asarray(part, float), firsts.shape), first)
-    seen = segment(first, jnp.asarray(2e-3 * firsts))
+    first = jax.tree.map(lambda part: np.broadcast_to(np.asarray(part, float), firsts.shape), first)
+    seen = segments(oscillator, first, 2e-3 * firsts)
 
     def done(run: Trajectory) -> np.ndarray:
         return np.stack([(run.displacement - run.x) / 1e-5, (run.friction - run.force) / 0.06])
@@ -629,8 +646,8 @@ def test_a_table_rings_on_where_a_segment_is_picked_up():
     for first in range(120, 360, 20):
         before = first - np.arange(96)
         start = Start(whole.x[first], whole.v[first], whole.force[first], recorded=whole.friction[first])
-        known = start._replace(shown=Trace(2e-3 * np.arange(96), jnp.asarray(whole.friction[before])))
-        runs = [march(oscillator, each, Grid(2e-3 * first, 2e-3, 25, 5)) for each in (start, known)]
+        known = start._replace(shown=Trace(2e-3 * np.arange(96), whole.friction[before]))
+        runs = [marched(oscillator, each, Grid(2e-3 * first, 2e-3, 25, 5)) for each in (start, known)]
         wrong.append([run.friction - whole.friction[first : first + 25] for run in runs])
     blind, seeing = np.sqrt(np.mean(np.square(wrong), axis=(0, 2)))
     assert seeing < 0.35 * blind

@@ -23,7 +23,7 @@ from jaxstick.parts.friction import ExponentialFriction
 from jaxstick.parts.motion import Motion
 from jaxstick.parts.rig import AbstractRig, Rig
 from jaxstick.parts.track import Trace, Track
-from jaxstick.simulate import Grid, march, simulate
+from jaxstick.simulate import Grid, Trajectory, march, simulate
 from tests.jaxstick.rig1987_runs import RIG, constants
 
 M, K = 2.0, 2000.0
@@ -37,7 +37,9 @@ def with_effect(oscillator: Oscillator, key: str, **values: float) -> Oscillator
 
 
 def simulated(oscillator: Oscillator, start: Start | None = None, samples: int = 1000) -> Any:
-    run = simulate(oscillator, samples=samples, interval=1e-3, steps_per_sample=10, start=start)
+    """All constants are arrays, so that one program serves an effect whatever its values."""
+    traced = jax.tree.map(jnp.asarray, (oscillator, start))
+    run = simulate(traced[0], samples=samples, interval=1e-3, steps_per_sample=10, start=traced[1])
     return jax.tree.map(np.asarray, run)
 
 
@@ -207,15 +209,14 @@ def test_a_guide_yields_while_the_mass_sticks_and_is_picked_up_there() -> None:
         sense[i] = np.sign(run.v[i]) if abs(run.v[i]) > 5e-3 else sense[i - 1]
     within = np.flatnonzero((np.abs(share) < 0.8) & (np.arange(len(run.x)) > 1500))[:-60]
     assert len(within) > 200
-    state = jax.vmap(
-        lambda x, v, f, slid: rubbed.initial(jnp.zeros(()), Start(x, v, f, slid=slid)).rig[1].share
-    )(*(jnp.asarray(values[within]) for values in (run.x, run.v, run.force, sense)))
+    state = jax.jit(
+        jax.vmap(lambda x, v, f, slid: rubbed.initial(jnp.zeros(()), Start(x, v, f, slid=slid)).rig[1].share)
+    )(*(values[within] for values in (run.x, run.v, run.force, sense)))
     assert np.abs(np.asarray(state) - share[within]).mean() < 0.2
+    go_on = jax.jit(lambda start, time: march(rubbed, start, Grid(time, interval, 60, 10)))
     for i in within[:: len(within) // 4]:
         start = Start(*(float(part[i]) for part in (run.x, run.v, run.force)), slid=float(sense[i]))
-        on = simulate(
-            rubbed, samples=60, interval=interval, steps_per_sample=10, start=start, start_time=i * interval
-        )
+        on = go_on(start, i * interval)
         assert np.abs(np.asarray(on.force) - run.force[i : i + 60]).max() < 0.6 * force
 
 
@@ -338,6 +339,11 @@ START = Start(1e-3, 0.1, -2.0)
 GRID = Grid(0.1, 2e-3, 250, 4)
 
 
+@jax.jit
+def travelled(oscillator: Oscillator) -> Trajectory:
+    return march(oscillator, START, GRID)
+
+
 def test_mechanics_effects_attach_in_any_order() -> None:
     """Forwards and backwards give the same motion to a hundredth of what they do: only play, which changes
     what the parts behind it see, is not simply added."""
@@ -347,8 +353,7 @@ def test_mechanics_effects_attach_in_any_order() -> None:
         ahead = effects[key].attach(ahead)
     for key in reversed(effects):
         behind = effects[key].attach(behind)
-    run = jax.jit(lambda oscillator: march(oscillator, START, GRID).x)
-    one, other, without = (np.asarray(run(oscillator)) for oscillator in (ahead, behind, NOMINAL))
+    one, other, without = (np.asarray(travelled(oscillator).x) for oscillator in (ahead, behind, NOMINAL))
     assert np.abs(one - other).max() < 0.01 * np.abs(one - without).max()
 
 
@@ -356,8 +361,7 @@ def test_mechanics_effects_at_null_change_no_bit() -> None:
     together = NOMINAL
     for effect in effects_at_null(tuple(MECHANICS)).values():
         together = effect.attach(together)
-    run = jax.jit(lambda oscillator: march(oscillator, START, GRID))
-    for one, other in zip(run(together), run(NOMINAL), strict=True):
+    for one, other in zip(travelled(together), travelled(NOMINAL), strict=True):
         assert np.abs(np.asarray(one) - np.asarray(other)).max() <= 1e-13 * np.abs(np.asarray(other)).max()
 
 
