@@ -114,7 +114,7 @@ def survey(
     """Screens every effect on a bench beside the nominal model, as fitted there, and refits the promising
     ones, and the best of those `known` from the same lanes weighed otherwise. Where none suffices, what may
     have been overlooked is tried outright, and where no friction was recorded, all afresh from the constants
-    in `begins`.
+    in `begins`; but not yet where an effect leads somewhere and what scatters is still to be weighed.
     """
     progress.stage("effects screened", 1)
     first = screen(model, bench, nominal)
@@ -126,7 +126,7 @@ def survey(
         others = second_look(model, bench, found, found[0].keys[0], 0, first.shapes, progress)
         found = best_of(freed(model, bench, [*found, *others])) if others else found
     seen = Survey(nominal, first, tuple(found), floor_of(model, bench, [nominal, found[0].refit]))
-    if seen.suffices or (seen.scatters and seen.leads):
+    if seen.suffices or (seen.scatters and seen.leads and not bench.scatters):
         return seen
     others = outright(model, bench, nominal, _overlooked(model, seen), OVERLOOKED, progress)
     if not bench.wanders:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fitting.diagnosis.lanes.bench import Bench
 from fitting.diagnosis.lanes.model import Model
 from fitting.diagnosis.noise.ground import Ground
 from fitting.diagnosis.refits.refit import refit
@@ -85,26 +86,42 @@ def test_what_is_known_from_the_same_lanes_is_not_lost(enlarged, monkeypatch):
     assert kept.least == pytest.approx(right.misfit, rel=0.05) and kept.suffices
 
 
-@pytest.mark.parametrize(("share", "all_of_them"), [(0.97, True), (0.6, True), (0.45, False)])
-def test_where_no_effect_leads_anywhere_all_are_tried_outright(enlarged, monkeypatch, share, all_of_them):
-    """The nominal model may be astray where the linearised one is of no help, or of little where it leaves
-    much. Else those of one sign are."""
+def tried_outright(enlarged, monkeypatch, share: float, bench: Bench, floor: float) -> set[str]:
+    """The effects that a survey tries outright where the best that it has found leaves this share of what
+    the nominal model does."""
     model, base = enlarged
     nominal = nominal_on(model, base.bench, base.point)
     found = dataclasses.replace(nominal, misfit=share * nominal.misfit, free=model.nuisances())
     (promise,) = (p for p in screen(model, base.bench, nominal, shapes=[]).promises if p.key == MATE)
-    asked: list[str] = []
+    asked: set[str] = set()
 
     def tried(_model, _bench, _nominal, promises, *_):
-        asked.extend(promise.key for promise in promises)
+        asked.update(promise.key for promise in promises)
         return []
 
     monkeypatch.setattr(surveying, "contest", lambda *_: [Explanation((MATE,), promise, found)])
     monkeypatch.setattr(surveying, "freed", lambda _model, _bench, explanations: [*explanations])
+    monkeypatch.setattr(surveying, "floor_of", lambda *_: floor)
     monkeypatch.setattr(surveying, "outright", tried)
-    survey(model, base.bench, nominal, base.begins, Silent())
-    assert ({KEY, MATE, IDLE} <= {*asked}) is all_of_them
+    survey(model, bench, nominal, base.begins, Silent())
+    return asked
+
+
+@pytest.mark.parametrize(("share", "all_of_them"), [(0.97, True), (0.6, True), (0.45, False)])
+def test_where_no_effect_leads_anywhere_all_are_tried_outright(enlarged, monkeypatch, share, all_of_them):
+    """The nominal model may be astray where the linearised one is of no help, or of little where it leaves
+    much. Else those of one sign are."""
+    asked = tried_outright(enlarged, monkeypatch, share, enlarged[1].bench, 1.0)
+    assert ({KEY, MATE, IDLE} <= asked) is all_of_them
     assert "end_stop" in asked and (all_of_them or {KEY, MATE, IDLE}.isdisjoint(asked))
+
+
+@pytest.mark.parametrize("weighed", [False, True])
+def test_what_was_overlooked_is_tried_once_residuals_are_weighed_by_scatter(enlarged, monkeypatch, weighed):
+    """Where an effect leads somewhere and much does not repeat itself, that is weighed first, and all is
+    surveyed again; what an effect leaves then, something else may explain."""
+    bench = dataclasses.replace(enlarged[1].bench, scatters=weighed)
+    assert ("end_stop" in tried_outright(enlarged, monkeypatch, 0.45, bench, 2.0)) is weighed
 
 
 def test_lanes_are_lent_only_to_what_lost_ones_may_have_hidden(enlarged, monkeypatch):
