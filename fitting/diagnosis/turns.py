@@ -120,8 +120,8 @@ def less_scattered(
     """The choice, the bench and what explains the records there, where less does not repeat itself under the
     best explanation, fitted to residuals in units of the noise, than was taken for it: what a wrong model
     leaves is not the same in every cycle where the motion is not, and in units of that it hides what acts
-    besides. All are weighed anew by what is left of it, or, where that is hardly more than the noise, sought
-    anew in units of the noise."""
+    besides. All are weighed anew by what is left of it, once more where that is overrated still, or, where it
+    is hardly more than the noise, sought anew in units of the noise."""
     taken = chosen.ground.scatter
     if not bench.scatters or taken is None:
         return chosen, bench, found
@@ -134,6 +134,7 @@ def less_scattered(
     if taken.exceeds(Scatter.of(model, plain, best.point, chosen.problem.period)):
         chosen, bench = _evened(chosen, paper.ground.bench, plain, held, best.point)
         found = on_another_bench(model, bench, found)
+        return weighed_anew(paper, chosen, bench, plain, held, found)
     return chosen, bench, found
 
 

@@ -242,16 +242,20 @@ def test_what_two_effects_show_to_be_overrated_is_found_anew(laid, monkeypatch):
 
 class Again:
     """What is found where residuals were weighed by what does not repeat itself under a wrong refit, and the
-    best explanation, fitted in units of the noise, leaves such a floor there."""
+    best explanation, fitted in units of the noise, leaves such a floor there; weighed by what it leaves, it
+    leaves such misfits, time after time."""
 
-    def __init__(self, laid: Laid, monkeypatch: pytest.MonkeyPatch, wrong: Refit, floor: float) -> None:
+    def __init__(
+        self, laid: Laid, monkeypatch: pytest.MonkeyPatch, wrong: Refit, floor: float, *misfits: float
+    ) -> None:
         model, period = laid.paper.model, laid.paper.problem.period
         scatter = Scatter.of(model, laid.plain, wrong.point, period)
         self.before = scatter.evened(model, laid.plain, wrong.point)
         ground = dataclasses.replace(laid.paper.ground, scatter=scatter)
         self.chosen = dataclasses.replace(laid.paper, ground=ground)
-        self.found, self.weighed, self.sought = (
-            Judged((Explanation((UNEVEN,), PROMISE, laid.poor),)) for _ in range(3)
+        refits = [laid.poor, laid.poor, *(dataclasses.replace(laid.right, misfit=m) for m in misfits)]
+        self.found, self.sought, *self.weighed = (
+            Judged((Explanation((UNEVEN,), PROMISE, one),)) for one in refits
         )
         self.benches: list[Bench] = []
 
@@ -259,9 +263,12 @@ class Again:
             self.benches.append(bench)
             return found
 
+        def by_turns(_: object, bench: Bench, found: Judged) -> Judged:
+            return told(bench, self.weighed[len(self.benches)])
+
         monkeypatch.setattr(turns, "refit", lambda *_: [laid.right])
         monkeypatch.setattr(turns, "floor_of", lambda _, bench, fits: floor if bench is laid.plain else None)
-        monkeypatch.setattr(turns, "on_another_bench", lambda _, bench, found: told(bench, self.weighed))
+        monkeypatch.setattr(turns, "on_another_bench", by_turns)
         monkeypatch.setattr(turns, "_sought_anew", lambda _, bench, *given: told(bench, self.sought))
         self.laid = laid
         self.again, self.bench, self.out = self.on(self.before)
@@ -279,10 +286,18 @@ def test_what_repeats_itself_under_the_best_explanation_is_sought_in_units_of_th
 
 
 def test_what_scatters_less_under_the_best_explanation_is_weighed_anew(laid, monkeypatch):
-    made = Again(laid, monkeypatch, laid.poor, 60.0)
-    assert made.out is made.weighed and made.benches == [made.bench] and made.bench is not made.before
+    made = Again(laid, monkeypatch, laid.poor, 60.0, 0.9)
+    assert made.out is made.weighed[0] and made.benches == [made.bench] and made.bench is not made.before
     model, period = laid.paper.model, laid.paper.problem.period
     assert made.again.ground.scatter == Scatter.of(model, laid.plain, laid.right.point, period)
+
+
+def test_what_is_overrated_where_the_best_was_fitted_in_units_of_the_noise_is_weighed_once_more(
+    laid, monkeypatch
+):
+    """Fitted to residuals that are weighed so it leaves less than it did there."""
+    made = Again(laid, monkeypatch, laid.poor, 60.0, 0.6, 0.9)
+    assert made.out is made.weighed[1] and len(made.benches) == 2 and made.bench is made.benches[1]
 
 
 def test_what_scatters_as_it_was_taken_to_stays(laid, monkeypatch):
