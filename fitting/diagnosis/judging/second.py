@@ -22,7 +22,8 @@ OTHER_SHAPE = 0.015
 """The share of the excess that the right effect may leave because it has another shape than on the shelf,"""
 OTHER_SHAPE_OF_LITTLE, LITTLE = 0.1, 0.5
 """or this larger one up to so much above the noise: what a second effect makes of no more than that is no
-evidence for it where the two are collinear, nor unless one of them leaves hardly more alone than the best,"""
+evidence for it where it is so little and the two are collinear, nor unless one of them leaves hardly more
+alone than the best,"""
 NEARLY = 2.0
 """no more than so many times as much above the noise, and both together next to nothing of that:"""
 MENDED = 0.1
@@ -84,7 +85,7 @@ class Alone:
         shape = max(OTHER_SHAPE * self._excess, min(OTHER_SHAPE_OF_LITTLE * self._excess, LITTLE))
         if self.best >= 1 + shape:
             return False
-        if self._are_collinear(two.keys):
+        if self._left < LITTLE and self._are_collinear(two.keys):
             return True
         if self.best < 1 + HARDLY * self._excess:
             return two.misfit > 1 + ALL_BUT * self._left or self._without(two) <= 1 + MOST * self._left

@@ -288,17 +288,19 @@ def test_a_small_second_effect_is_named_where_it_takes_nearly_all_that_is_left()
 
 
 @pytest.mark.parametrize(
-    ("alone", "collinear", "verdict"),
+    ("nominal", "alone", "collinear", "verdict"),
     [
-        (1.09, {}, "several"),
-        (1.09, {SHELF[1]: [SHELF[0]]}, "effect"),
-        (1.8, {SHELF[1]: [SHELF[0]]}, "several"),
+        (8.0, 1.09, {}, "several"),
+        (8.0, 1.09, {SHELF[1]: [SHELF[0]]}, "effect"),
+        (8.0, 1.8, {SHELF[1]: [SHELF[0]]}, "several"),
+        (400.0, 1.4, {SHELF[1]: [SHELF[0]]}, "effect"),
+        (400.0, 3.3, {SHELF[1]: [SHELF[0]]}, "several"),
     ],
 )
-def test_what_a_collinear_second_takes_of_little_is_a_matter_of_shape(alone, collinear, verdict):
-    """Though it takes nearly all; not where much is left without it."""
-    found = [account(0, alone), account(1, 7.0), both(1.001)]
-    assert judge(8.0, found, SAMPLES, 1.5, SHELF, collinear=collinear).verdict == verdict
+def test_what_a_collinear_second_takes_of_little_is_a_matter_of_shape(nominal, alone, collinear, verdict):
+    """Though it takes nearly all; not where much is left without it, be it a small share of the excess."""
+    found = [account(0, alone), account(1, 0.9 * nominal), both(1.001)]
+    assert judge(nominal, found, SAMPLES, 1.5, SHELF, collinear=collinear).verdict == verdict
 
 
 @pytest.mark.parametrize(
