@@ -31,8 +31,9 @@ from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parameter import Parameter, find, parameters, replace
 from jaxstick.parts.contact import AbstractContact, LoadedContact, PaperContact, SmoothContact
 from jaxstick.parts.drive import RecordedDrive, SineDrive
-from jaxstick.simulate import Grid, OpenGrid, Trajectory, march
+from jaxstick.simulate import Grid, Trajectory, march
 from jaxstick.solver import step
+from tests.jaxstick.fit_grid import open_grid
 from tests.jaxstick.rig1987_runs import RIG, constants
 
 ASSUMED = dataclasses.replace(constants(0.86), D=2.0)
@@ -98,11 +99,6 @@ def touched(key: str) -> set[str]:
     attached = null(key).attach(NOMINAL)
     names = (field.name for field in dataclasses.fields(Oscillator))
     return {name for name in names if getattr(attached, name) is not getattr(NOMINAL, name)}
-
-
-def open_grid(begin: float, interval: Any, samples: int, substeps: int) -> OpenGrid:
-    """The grid of a fit, which is traced and compiled fastest; so are programs with the options of a fit."""
-    return OpenGrid(begin, interval, jnp.asarray(substeps), jnp.asarray(samples), samples)
 
 
 def readings(oscillator: Oscillator, interval: Any) -> Any:

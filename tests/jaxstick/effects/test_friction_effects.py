@@ -25,6 +25,7 @@ from jaxstick.parts.friction import ExponentialFriction
 from jaxstick.parts.rig import Rig
 from jaxstick.parts.track import Trace, Track
 from jaxstick.simulate import Grid, OpenGrid, march, simulate
+from tests.jaxstick.fit_grid import open_grid
 from tests.jaxstick.rig1987_runs import RIG, constants
 
 A, B, C, D, K1 = 2.0, 40.0, 6.0, 3.0, 1e5
@@ -652,8 +653,7 @@ FRICTION = {
 
 
 def travel(begin: float, samples: int = 400) -> OpenGrid:
-    """The grid of a fit, which is traced and compiled fastest; so are programs with the options of a fit."""
-    return OpenGrid(begin, 2e-3, jnp.asarray(4), jnp.asarray(samples), samples)
+    return open_grid(begin, 2e-3, samples, 4)
 
 
 def test_friction_effects_attach_in_any_order() -> None:
