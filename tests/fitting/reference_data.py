@@ -74,12 +74,13 @@ def own_run(
     constants: AssumedConstants | None = None,
     effects: dict[str, AbstractEffect] | None = None,
     samples: int = 1000,
+    settling: float = 0.5,
     file: str = "own.csv",
 ) -> Run:
     """A run simulated by jaxstick from rest with the true constants, or others, and these effects, without
-    noise."""
+    noise; the record begins after `settling` [s]."""
     oscillator = Hypothesis(nominal(rig, constants or RIGHT, drive), effects or {}).oscillator()
-    skipped = round(RATE / 2)
+    skipped = round(settling * RATE)
     motion = simulate(oscillator, samples=skipped + samples, interval=1 / RATE, start=Start())
     time = np.asarray(motion.time)
     seen = drive.at(time)

@@ -34,18 +34,19 @@ from tests.fitting.reference_data import RIG, TRUTH, WRONG, dataset, noisy, own_
 
 COEFFICIENT = 1.2e6
 DRIVES = (0.8, 1.5, 2.6, 3.8)
+SETTLING = 3.0
+"""Seconds after which the motion repeats itself: what does not is weighed as scatter."""
 HELD_OUT = "run-2.csv"
 
 
 def records(coefficient: float, seed: int) -> DataSet:
-    """Four noisy runs of the 1987 rig whose spring hardens by this coefficient [N/m^3]."""
+    """Four noisy runs of the 1987 rig, in steady state, whose spring hardens by this coefficient [N/m^3]."""
     random = np.random.default_rng(seed)
     effects = {"hardening": CubicStiffness(coefficient)} if coefficient else {}
+    drives = [SineDrive(f, 10.325e-3) for f in DRIVES]
     runs = [
-        noisy(
-            own_run(SineDrive(f, 10.325e-3), effects=dict(effects), samples=700, file=f"run-{n}.csv"), random
-        )
-        for n, f in enumerate(DRIVES)
+        noisy(own_run(drive, effects=effects, samples=700, settling=SETTLING, file=f"run-{n}.csv"), random)
+        for n, drive in enumerate(drives)
     ]
     return dataset(*runs, assumed=WRONG)
 
