@@ -204,8 +204,12 @@ def confirmed(
     steadier as well. Where there is none to be closed, parameters that are not known well may open one.
     """
     least = 0.0 if closes(shrunk) else -math.inf
-    others = {} if rival is None or shrunk.rival is None else {rival.keys: max(shrunk.rival, least)}
-    judgement = weighed_again(found.judgement, named.keys, max(shrunk.steadier, least), others)
+
+    def counted(keys: tuple[str, ...], steadier: float) -> float:
+        return found.share_that_counts(keys) * max(steadier, least)
+
+    others = {} if rival is None or shrunk.rival is None else {rival.keys: counted(rival.keys, shrunk.rival)}
+    judgement = weighed_again(found.judgement, named.keys, counted(named.keys, shrunk.steadier), others)
     if not judgement.named:
         return judgement
     if steadies(shrunk, judgement.steadier[named.keys]):

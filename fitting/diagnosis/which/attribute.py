@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -81,12 +81,20 @@ class Attribution:
         less than half."""
         return float(np.mean(self.nominal.weights < 0.5))
 
-    def grows_by_chance(self, keys: Collection[str]) -> float:
+    def share_that_counts(self, keys: tuple[str, ...]) -> float:
+        """The share that counts of what friction is steadier under an explanation: what a second effect adds
+        to that by mending the shape of the first does not, here nor on what took no part."""
+        counted, measured = self.judgement.steadier.get(keys, 0.0), self._account(keys).steadier
+        return counted / measured if measured > counted else 1.0
+
+    def _account(self, keys: tuple[str, ...]) -> Account:
+        return next(account for account in self.yardstick.accounts if account.keys == keys)
+
+    def grows_by_chance(self, keys: tuple[str, ...]) -> float:
         """How many times as large a gap is with an explanation as without, in the mean, on what took no part
         where its effects do not show: its parameters are known no better than what was fitted tells them, by
         which chi-square is 1 + parameters inflation/samples times as large."""
-        (parameters,) = (each.parameters for each in self.yardstick.accounts if {*each.keys} == {*keys})
-        return math.sqrt(1 + parameters * self.inflation / self.yardstick.samples)
+        return math.sqrt(1 + self._account(keys).parameters * self.inflation / self.yardstick.samples)
 
     @property
     def shows_no_gap(self) -> bool:

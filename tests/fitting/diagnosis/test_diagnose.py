@@ -24,6 +24,7 @@ from fitting.problem import pose
 from fitting.progress import Silent
 from fitting.settings import Settings
 from jaxstick.catalogue import catalogue
+from jaxstick.effect import AbstractEffect
 from jaxstick.effects.cubic_stiffness import CubicStiffness
 from jaxstick.errors import UserError
 from jaxstick.output import OutputFolder
@@ -42,7 +43,7 @@ HELD_OUT = "run-2.csv"
 def records(coefficient: float, seed: int) -> DataSet:
     """Four noisy runs of the 1987 rig, in steady state, whose spring hardens by this coefficient [N/m^3]."""
     random = np.random.default_rng(seed)
-    effects = {"hardening": CubicStiffness(coefficient)} if coefficient else {}
+    effects: dict[str, AbstractEffect] = {"hardening": CubicStiffness(coefficient)} if coefficient else {}
     drives = [SineDrive(f, 10.325e-3) for f in DRIVES]
     runs = [
         noisy(own_run(drive, effects=effects, samples=700, settling=SETTLING, file=f"run-{n}.csv"), random)

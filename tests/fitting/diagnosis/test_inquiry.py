@@ -221,17 +221,20 @@ def test_a_rival_shares_an_effect_with_what_is_named_and_is_credited_with_steadi
 
 
 def test_the_rival_is_measured_where_what_is_named_is(monkeypatch):
-    """Once two runs of six have said by how much steadier friction is with either."""
+    """Once two runs of six have said by how much steadier friction is with either; of what a second effect
+    adds to that the share counts that did where it was fitted."""
     asked: list[Any] = []
     monkeypatch.setattr(inquiries, "weighed_again", lambda *words: asked.append(words) or judgement)
-    judgement = SimpleNamespace(named=())
-    found: Any = SimpleNamespace(judgement=judgement)
+    nothing: Any = None
+    one, both = Account(("a",), 1.3, 1, steadier=8.0), Account(("a", "c"), 1.1, 2, steadier=16.0)
+    judgement: Any = SimpleNamespace(named=(), steadier={("a",): 8.0, ("a", "c"): 10.0})
+    found = Attribution(nothing, (), nothing, judgement, Yardstick(9.0, 1.0, 1e4, 3.0, accounts=(one, both)))
     named, rival = (SimpleNamespace(keys=keys) for keys in (("a",), ("a", "c")))
     for closed, steadier in ((0.9, (0.0, 4.0)), (0.0, (-3.0, 4.0))):
         interval = (closed, closed)
         shrunk = dataclasses.replace(CLOSED, before=1.3, interval=interval, steadier=-3.0, rival=4.0)
         inquiries.confirmed(found, named, shrunk, rival)  # pyright: ignore[reportArgumentType]
-        assert asked.pop()[1:] == (("a",), steadier[0], {("a", "c"): steadier[1]})
+        assert asked.pop()[1:] == (("a",), steadier[0], {("a", "c"): 10.0 / 16.0 * steadier[1]})
 
 
 @pytest.mark.parametrize(

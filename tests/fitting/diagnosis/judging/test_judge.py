@@ -304,7 +304,8 @@ def test_what_a_collinear_second_takes_of_little_is_a_matter_of_shape(nominal, a
 
 
 @pytest.mark.parametrize(
-    ("two", "another", "verdict"), [(1.004, 1.08, "several"), (1.03, 1.08, "effect"), (1.004, 1.03, "effect")]
+    ("two", "another", "verdict"),
+    [(1.004, 1.08, "several"), (1.004, 1.04, "several"), (1.03, 1.08, "effect"), (1.004, 1.03, "effect")],
 )
 def test_beside_a_very_strong_effect_a_second_is_named_that_takes_all_that_is_left_and_none_else_does(
     two, another, verdict

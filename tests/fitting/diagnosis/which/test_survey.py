@@ -143,6 +143,6 @@ def test_lanes_are_lent_only_to_what_lost_ones_may_have_hidden(enlarged, monkeyp
 
 
 def test_traces_that_lie_close_are_collinear_either_way_and_none_is_with_itself():
-    cosine = np.array([[1.0, 0.75, 0.1], [0.75, 1.0, 0.5], [0.1, 0.5, 1.0]])
+    cosine = np.array([[1.0, 0.58, 0.1], [0.58, 1.0, 0.48], [0.1, 0.48, 1.0]])
     seen: Any = types.SimpleNamespace(keys=("peak", "strengthening", "hum"), cosine=cosine)
     assert collinear(seen) == {"peak": ["strengthening"], "strengthening": ["peak"], "hum": []}
