@@ -164,7 +164,7 @@ def attribute(
         pairs = best_of([*pairs, *other_way_round(model, bench, pairs[:BEST], floor)])
         found = best_of([*singles, *pairs, *each_alone(model, bench, singles, pairs, first)])
     found = brought_level(model, bench, found)
-    return _weighed(model, bench, nominal, found, first, _inflation(bench, around), floor)
+    return _weighed(model, bench, nominal, found, first, _inflation(bench, around, floor), floor)
 
 
 def on_another_contact(model: Model, bench: Bench, found: Attribution, other: Model) -> Attribution:
@@ -183,7 +183,7 @@ def on_another_bench(model: Model, bench: Bench, found: Attribution) -> Attribut
     leader = min(best, key=lambda e: e.refit.misfit).refit
     around = screen(model, bench, leader, own_group=True, shapes=[])
     floor = floor_of(model, bench, [nominal, leader])
-    return _weighed(model, bench, nominal, best, found.screen, _inflation(bench, around), floor)
+    return _weighed(model, bench, nominal, best, found.screen, _inflation(bench, around, floor), floor)
 
 
 def _again(
@@ -260,11 +260,14 @@ def worth_a_second(bench: Bench, alone: Refit, around: Screen) -> bool:
     return any(promise.standing > PROMISING and promise.score > share for promise in around.promises)
 
 
-def _inflation(bench: Bench, seen: Screen) -> float:
+def _inflation(bench: Bench, seen: Screen, floor: float) -> float:
     """By how much scores vary more than white residuals say; friction that scatters does so in step for a
-    good part of a lane, and may for more than one."""
+    good part of a lane, and may for more than one. Scatter that residuals are not weighed by is that part of
+    them which is above the noise."""
     pieces = (PIECES_A_LANE if bench.whitener is None else PIECES_FREED) * len(bench.lanes)
-    return max(seen.inflation, float(bench.dof().sum()) / pieces if bench.scatters else 1.0)
+    in_step = float(bench.dof().sum()) / pieces
+    share = 1.0 if bench.scatters else 1.0 - 1.0 / max(floor, 1.0)
+    return max(seen.inflation, 1.0 + share * (in_step - 1.0))
 
 
 def account(

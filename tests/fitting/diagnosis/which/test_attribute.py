@@ -136,6 +136,25 @@ def test_a_second_effect_is_worth_a_search_for_a_good_part_of_what_one_leaves(sc
     assert promise.standing > PROMISING or not worth
 
 
+@pytest.mark.parametrize(
+    ("floor", "scatters", "freed", "inflation"),
+    [
+        (1.0, False, False, 3.0),
+        (1.25, False, False, 20.8),
+        (1.25, True, False, 100.0),
+        (1.0, True, True, 100 / 3),
+    ],
+)
+def test_scores_vary_by_what_scatters_in_step_for_a_lane(floor, scatters, freed, inflation):
+    """Lanes of 100 residuals: a fifth of what these are, or all, is one piece of evidence for each."""
+    lanes, whitener = np.zeros(10), np.eye(2) if freed else None
+    bench: Any = SimpleNamespace(
+        dof=lambda: np.full(10, 100.0), lanes=lanes, whitener=whitener, scatters=scatters
+    )
+    seen: Any = SimpleNamespace(inflation=3.0)
+    assert attributes._inflation(bench, seen, floor) == pytest.approx(inflation)
+
+
 def test_what_cannot_be_seen_leaves_no_trace_that_others_share():
     """A gain of a base that stands still is no alias of a wrong stiffness there, but stays known."""
     traces = dict.fromkeys(("base_gain", "stiffness_error"), ("scale",))
