@@ -210,6 +210,20 @@ def test_scatter_hides_what_is_off_the_shelf_and_what_changes_friction():
     assert found[SHELF[2]] < plain[SHELF[2]]
 
 
+@pytest.mark.parametrize(("left", "named"), [(1.03954, (0, 1)), (1.042, (0, 2))])
+def test_what_leaves_a_hundred_thousandth_more_is_worth_as_much(left, named):
+    """Friction that drifts beside an offset, and beside a hum that comes to the same and has more to fit it
+    with: alone of the two friction changes along the runs."""
+    drift, offset, hum = SHELF[:3]
+    alone = [dataclasses.replace(account(n, 1.142), steadier=38.5) for n in (1, 2)]
+    made = [
+        Account((drift, offset), left, 4, steadier=171.6, of_friction=(drift,), changing=(drift, offset)),
+        Account((drift, hum), 1.03953, 10, steadier=171.58, of_friction=(drift,), changing=(drift,)),
+    ]
+    found = judge(6.0, [*alone, account(0, 5.9), *made], SAMPLES, 1.4, SHELF)
+    assert (found.verdict, set(found.named)) == ("several", {SHELF[n] for n in named})
+
+
 def test_what_is_off_the_shelf_may_make_friction_as_steady():
     """Where an effect leaves a good deal, however steady it makes friction."""
     steady = dataclasses.replace(account(0, 4.0), steadier=6.0)
