@@ -10,7 +10,8 @@ import numpy as np
 
 from fitting.cycle import samples_a_cycle
 from fitting.signals import Signals
-from jaxstick.record import Run
+from jaxstick.parts.before import Before
+from jaxstick.parts.track import Trace, Track
 
 POINTS = 96
 CYCLES = 4
@@ -24,11 +25,10 @@ REPEATED = 0.2
 
 @dataclasses.dataclass(frozen=True)
 class History:
-    """The displacements of a run, and of the time before it: how far it is looked back upon [s], and the
+    """What a run shows, and what the time before it was like: how far it is looked back upon [s], and the
     cycle in which it repeats itself [s], None where it does not."""
 
-    run: Run
-    base: np.ndarray
+    signal: Signals
     span: float
     cycle: float | None
 
@@ -40,34 +40,42 @@ class History:
         cycle = None if samples is None else samples * run.interval
         length = float(run.time[-1] - run.time[0])
         span = CYCLES * (cycle or period or length / CYCLES)
-        return cls(
-            run,
-            signal.base,
-            span,
-            cycle if samples is not None and _repeats(run.displacement, samples) else None,
+        repeats = samples is not None and _repeats(run.displacement, samples)
+        return cls(signal, span, cycle if repeats else None)
+
+    def before(self, sample: int) -> Before:
+        """What is known of the time before a sample."""
+        signal = self.signal
+        return Before(
+            rest=signal.rest[sample],
+            slid=signal.slid[sample],
+            impulse=signal.impulse[sample],
+            impulse_sum=signal.impulse_sum[sample],
+            recorded=signal.recorded[sample],
+            shown=self.shown(sample),
+            track=self.track(sample),
         )
 
-    def track(self, sample: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Times before a sample [s], from none on, and the displacements of mass and base there [m]."""
-        lags = self.span * GROWING
-        times = self._within(self.run.time[sample] - lags)
-        mass, base = (np.interp(times, self.run.time, x) for x in (self.run.displacement, self.base))
-        return lags, mass, base
+    def track(self, sample: int) -> Track:
+        """The displacements of mass and base before a sample."""
+        run, lags = self.signal.run, self.span * GROWING
+        times = self._within(run.time[sample] - lags)
+        return Track(lags, *(np.interp(times, run.time, x) for x in (run.displacement, self.signal.base)))
 
-    def shown(self, sample: int) -> tuple[np.ndarray, np.ndarray]:
-        """Times before a sample [s], from none on and at first one interval apart, and what the force channel
-        showed there [N]; nothing but zero without that channel."""
-        run = self.run
+    def shown(self, sample: int) -> Trace:
+        """What the force channel showed before a sample [N], at first one interval apart; nothing but zero
+        without that channel."""
+        run = self.signal.run
         lags = run.interval / GROWING[1] * GROWING
         if run.friction is None:
-            return lags, np.zeros(POINTS)
-        return lags, np.interp(self._within(run.time[sample] - lags), run.time, run.friction)
+            return Trace(lags, np.zeros(POINTS))
+        return Trace(lags, np.interp(self._within(run.time[sample] - lags), run.time, run.friction))
 
     def _within(self, times: np.ndarray) -> np.ndarray:
         """The times, those before the run moved on by whole cycles to where the motion was the same."""
         if self.cycle is None:
             return times
-        cycles = np.ceil((self.run.time[0] - times) / self.cycle - 1e-9)
+        cycles = np.ceil((self.signal.run.time[0] - times) / self.cycle - 1e-9)
         return times + self.cycle * np.maximum(cycles, 0)
 
 

@@ -20,8 +20,8 @@ from jaxstick.compiled import QUICKLY, lane_jacobian
 from jaxstick.hypothesis import Hypothesis
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parameter import find, replace
+from jaxstick.parts.before import Before
 from jaxstick.parts.drive import RecordedDrive
-from jaxstick.parts.track import Trace, Track
 from jaxstick.simulate import OpenGrid, Trajectory, march
 
 ROOMS = (32, 256, 2048)
@@ -40,11 +40,8 @@ class Lanes(eqx.Module):
 
     `rig_shift` holds what each lane's rig parameters differ by from the hypothesis; weights are reciprocal
     standard deviations of the channels, 0 where a sample does not count; `start` and `start_deviation` are
-    the prior of displacement, velocity and contact force at the first sample; `rest` [s], `impulse` [N s],
-    `impulse_sum` [N s^2], `slid` and `recorded` [N] say for how long the contact has then held, what the
-    friction force has by then added up to, and what that has, the sense in which the mass slid last (1, -1,
-    0: not known), and what the force channel shows, smoothed over a few samples (not a number without that
-    channel); `shown`, what it has shown before, and `track`, where mass and base have been.
+    the prior of displacement, velocity and contact force at the first sample; `before` is what the record
+    says of the time before that.
     """
 
     rig_shift: Mapping[str, Lane]
@@ -57,13 +54,7 @@ class Lanes(eqx.Module):
     friction_weight: Samples
     start: Starts
     start_deviation: Starts
-    rest: Lane
-    impulse: Lane
-    impulse_sum: Lane
-    slid: Lane
-    recorded: Lane
-    shown: Trace
-    track: Track
+    before: Before
     substeps: int = eqx.field(static=True)
 
     def __len__(self) -> int:
@@ -122,10 +113,7 @@ def lane_motion(oscillator: Oscillator, lane: Lanes, start: Array, pace: Pace) -
     origin, interval = jnp.asarray(lane.start_time), jnp.asarray(lane.interval)
     samples = lane.displacement.shape[-1]
     grid = OpenGrid(origin, interval, jnp.asarray(pace.substeps), jnp.asarray(pace.reach), samples)
-    known = (lane.rest, lane.impulse, lane.impulse_sum, lane.slid, lane.recorded)
-    past = (jnp.asarray(each) for each in known)
-    begin = Start(start[0], start[1], start[2], *past, shown=lane.shown, track=lane.track)
-    return march(oscillator, begin, grid)
+    return march(oscillator, Start(start[0], start[1], start[2], lane.before), grid)
 
 
 def lane_residual(lane: Lanes, motion: Trajectory, start: Array) -> Array:

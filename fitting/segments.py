@@ -6,7 +6,9 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Sequence
+from typing import Any
 
+import jax
 import numpy as np
 from scipy.interpolate import CubicSpline
 
@@ -15,7 +17,6 @@ from fitting.history import History
 from fitting.lanes import Lanes
 from fitting.signals import Signals, base_motion, natural_period
 from jaxstick.parts.drive import Extent, RecordedDrive
-from jaxstick.parts.track import Trace, Track
 from jaxstick.record import KnownRig
 
 KNOTS_A_PERIOD = 40
@@ -75,7 +76,7 @@ def lay_out(
     histories = [History.of(signal, natural_period(signal.run.rig)) for signal in signals]
     known = list(zip(signals, histories, splines, strict=True))
     columns = [_lane(*known[segment.run], segment, samples, refine, force_scale) for segment in segments]
-    stacked = {name: np.stack([column[name] for column in columns]) for name in columns[0]}
+    stacked = jax.tree.map(lambda *each: np.stack(each), *columns)
     runs = [signals[segment.run].run for segment in segments]
     drive = RecordedDrive(
         start=stacked["start_time"],
@@ -99,13 +100,7 @@ def lay_out(
         friction_weight=stacked["friction_weight"],
         start=stacked["start"],
         start_deviation=stacked["start_deviation"],
-        rest=stacked["rest"],
-        impulse=stacked["impulse"],
-        impulse_sum=stacked["impulse_sum"],
-        slid=stacked["slid"],
-        recorded=stacked["recorded"],
-        shown=Trace(stacked["shown_lags"], stacked["shown"]),
-        track=Track(stacked["lags"], stacked["been"], stacked["base_been"]),
+        before=stacked["before"],
         substeps=substeps,
     )
 
@@ -155,15 +150,13 @@ def _lane(
     samples: int,
     refine: int,
     force_scale: float,
-) -> dict[str, np.ndarray]:
+) -> dict[str, Any]:
     run = signal.run
     index = np.minimum(segment.first + np.arange(samples), segment.last - 1)
     counts = (segment.first + np.arange(samples) < segment.last).astype(float)
     piece = segment.first * refine + np.arange((samples - 1) * refine)
     piece = np.minimum(piece, len(pieces[0]) - 1)
     has_friction = run.friction is not None
-    lags, been, base_been = history.track(segment.first)
-    shown_lags, shown = history.shown(segment.first)
     friction_weight = counts / signal.friction_noise if signal.friction_noise else np.zeros(samples)
     start = [run.displacement[index[0]], signal.velocity[index[0]], signal.friction[index[0]]]
     deviation = [
@@ -182,14 +175,5 @@ def _lane(
         "friction_weight": friction_weight,
         "start": np.array(start),
         "start_deviation": np.array(deviation),
-        "rest": signal.rest[segment.first],
-        "impulse": signal.impulse[segment.first],
-        "impulse_sum": signal.impulse_sum[segment.first],
-        "slid": signal.slid[segment.first],
-        "recorded": signal.recorded[segment.first],
-        "shown_lags": shown_lags,
-        "shown": shown,
-        "lags": lags,
-        "been": been,
-        "base_been": base_been,
+        "before": history.before(segment.first),
     }

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from jaxstick.parts.before import Before
 from jaxstick.parts.contact import AbstractContact, AbstractFlowingContact, Approach, Passage, Traction
 from jaxstick.parts.drive import AbstractDrive, Excitation
 from jaxstick.parts.friction import AbstractFriction
@@ -24,23 +24,13 @@ PROBE = 1e-7
 
 
 class Start(NamedTuple):
-    """How a motion begins: displacement [m], velocity [m/s], friction force held by the contact [N], for how
-    long that has held [s]; and, where it is picked up in the middle of a record, the integral
-    of the recorded friction force from the beginning of the run [N s] and the integral of that [N s^2], the
-    sense in which the mass slid last (1, -1, or 0 where it did not), the friction force as it is recorded
-    there [N], not a number where it is not, what that has shown before, and where mass and base have been,
-    None where that was not recorded."""
+    """How a motion begins: displacement [m], velocity [m/s], friction force held by the contact [N]; and,
+    where it is picked up in the middle of a record, what is known of the time before."""
 
     displacement: Scalar = 0.0
     velocity: Scalar = 0.0
     friction: Scalar = 0.0
-    rest: Scalar = 0.0
-    impulse: Scalar = 0.0
-    impulse_sum: Scalar = 0.0
-    slid: Scalar = 0.0
-    recorded: Scalar = math.nan
-    shown: Trace | None = None
-    track: Track | None = None
+    before: Before = Before()
 
 
 class State(NamedTuple):
@@ -95,22 +85,22 @@ class Oscillator(eqx.Module):
 
     def initial(self, t: Scalar, start: Start) -> State:
         """The state at time `t` [s] of a motion that begins as `start` says."""
+        before = start.before
         excitation = self.drive.at(t)
         motion = self.motion(t, excitation, start.displacement, start.velocity, 0.0)
-        motion = motion._replace(slid=start.slid, track=start.track)
+        motion = motion._replace(slid=before.slid, track=before.track)
         law = self.friction.initial(motion)
         traction = self.traction(law, motion)
         motion = motion._replace(stick=self._stick(motion, start, traction))
         rig = self.rig.initial(motion)
-        rates = None if start.track is None else self._slid(start.track).rates()
-        approach = Approach(start.friction, motion.slide_rate, start.rest, start.slid, rates)
+        rates = None if before.track is None else self._slid(before.track).rates()
+        approach = Approach(start.friction, motion.slide_rate, before.rest, before.slid, rates)
         friction, contact = self.contact.initial(approach, traction)
         motion = motion._replace(
             track=None, stick=None, a=(self.rig.force(rig, motion) + friction) / self.rig.inertia()
         )
         rate = self._friction_rate(motion, self.rig.surface(excitation), rig, contact, traction)
-        past = Past(rate, start.impulse, start.impulse_sum, start.recorded, start.shown)
-        instrument = self.instrument.initial(motion, friction, past)
+        instrument = self.instrument.initial(motion, friction, Past(rate, before))
         return State(start.displacement, start.velocity, friction, contact, rig, law, instrument)
 
     def _slid(self, track: Track) -> Trace:
@@ -122,12 +112,13 @@ class Oscillator(eqx.Module):
 
     def _stick(self, motion: Motion, start: Start, traction: Traction) -> Stick:
         """What holds the mass at a start, which came to rest when the friction force was at its limit."""
-        slid = jnp.asarray(start.slid)
+        before = start.before
+        slid = jnp.asarray(before.slid)
         sense = jnp.where(slid < 0, -1.0, 1.0)
         sticks = jnp.abs(start.friction) < traction.limit(motion.slide_rate, sense)
         arrest = -slid * traction.limit(0.0, sense)
-        known = ~jnp.isnan(start.recorded)
-        return Stick(sticks, start.friction, arrest, self.contact.k1, slid, start.rest, known, start.shown)
+        known = ~jnp.isnan(before.recorded)
+        return Stick(sticks, start.friction, arrest, self.contact.k1, slid, before.rest, known, before.shown)
 
     def _friction_rate(
         self, motion: Motion, surface: Surface, rig: Any, contact: Any, traction: Traction

@@ -22,7 +22,7 @@ class ForceHighpass(AbstractEffect):
     With a second stage it is f = s^2/(s^2 + w s + second w^2) F: lost are w times the integral, second w^2
     times the integral of that, and before + second w (before + held) t, for a stage that has long been
     switched on holds about as much as the other has lost. In the middle of a record the integrals are those
-    of the recorded force, `Start.impulse` and `Start.impulse_sum`.
+    of the recorded force, `Before.impulse` and `Before.impulse_sum`.
     """
 
     card: ClassVar[Card] = Card(
@@ -94,8 +94,12 @@ class _LeakingForce(AbstractForceLink):
     def begin(self, motion: Motion, friction: Scalar, past: Past) -> _Leak:
         second = self.second * self.leak
         losing = second * (self.before + self.held)
-        lost = self.before + losing * motion.t + self.leak * (past.impulse + second * past.impulse_sum)
-        return _Leak(lost, losing + second * self.leak * past.impulse, friction)
+        lost = (
+            self.before
+            + losing * motion.t
+            + self.leak * (past.before.impulse + second * past.before.impulse_sum)
+        )
+        return _Leak(lost, losing + second * self.leak * past.before.impulse, friction)
 
     def follow(self, own: _Leak, motion: Motion, friction: Scalar, step: Scalar) -> _Leak:
         half = self.leak * step / 2

@@ -68,7 +68,7 @@ class _PlaysInForce(AbstractForceLink):
     spread: Scalar
 
     def begin(self, motion: Motion, friction: Scalar, past: Past) -> _Plays:
-        ahead = jnp.asarray(friction - past.recorded)
+        ahead = jnp.asarray(friction - past.before.recorded)
         lead = jnp.where(jnp.isnan(ahead), self.width * jnp.sign(past.rate), _within(ahead, self.width))
         return _Plays(self._parts() * lead, friction)
 

@@ -100,12 +100,12 @@ class _RingingForce(AbstractForceLink):
 
     def begin(self, motion: Motion, friction: Scalar, past: Past) -> Lag:
         still = settled(friction, 2 * self.damping * past.change(friction, self.radian))
-        if past.shown is None:
+        if past.before.shown is None:
             return still
         left = jnp.maximum(1 - self.share * self.weights, LEAST_LEFT)
         time, curvature = 2 * self.damping * self.radian * left, 1 / (4 * self.damping**2 * left)
-        rung = jax.vmap(followed, (None, 0, 0))(past.shown, time, curvature)
-        unknown = jnp.isnan(past.recorded)
+        rung = jax.vmap(followed, (None, 0, 0))(past.before.shown, time, curvature)
+        unknown = jnp.isnan(past.before.recorded)
         return Lag(
             jnp.where(unknown, still.level, rung.level),
             jnp.where(unknown, still.swing, rung.swing / left),

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import abc
-import math
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
 
+from jaxstick.parts.before import Before
 from jaxstick.parts.motion import Motion, Scalar
-from jaxstick.parts.track import Trace
 
 
 class Reading(NamedTuple):
@@ -21,19 +20,11 @@ class Reading(NamedTuple):
 
 
 class Past(NamedTuple):
-    """What is known, at the start of a motion, of the time before it.
-
-    rate, at which the friction force changes at the start [N/s]; impulse, the integral of the friction force
-    as it was recorded, from the beginning of the run to the start [N s], and impulse_sum, the integral of
-    that [N s^2]; recorded, that force at the start [N], not a number where nobody knows; shown, that force at
-    times before the start [N], None where none is known.
-    """
+    """How a motion comes to its start: rate, at which the friction force changes there [N/s], and what is
+    known of the time before."""
 
     rate: Scalar = 0.0
-    impulse: Scalar = 0.0
-    impulse_sum: Scalar = 0.0
-    recorded: Scalar = math.nan
-    shown: Trace | None = None
+    before: Before = Before()
 
     def change(self, friction: Scalar, span: Scalar) -> Scalar:
         """By how much the friction force, `friction` [N] at the start, changed in the last `span` seconds:

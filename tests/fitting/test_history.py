@@ -62,7 +62,7 @@ def test_a_motion_that_does_not_repeat_itself_began_at_rest(cycles: float, frequ
 
 def test_the_force_channel_is_looked_back_upon_sample_by_sample_at_first():
     time = INTERVAL * np.arange(1500, dtype=float)
-    run = moved(wave(time)).run
+    run = moved(wave(time)).signal.run
     shown = dataclasses.replace(run, friction=100 * wave(time))
     history = History.of(read_signals(shown, dataclasses.replace(NOISE, friction=1e-3)), PERIOD)
     for sample in (3, 700):

@@ -103,8 +103,11 @@ def test_a_lane_remembers_where_the_mass_has_been():
     misfit = Misfit(Hypothesis(problem.hypothesis.nominal, effects), problem.unknowns, workers=2)
     known = true_coordinates(problem)
     lanes = laid(problem, *((first, first + SHORT) for first in range(600, 1000 - SHORT, 23)))
-    still = np.broadcast_to(np.asarray(lanes.start)[:, :1], np.shape(lanes.track.displacement))
-    forgetful = dataclasses.replace(lanes, track=lanes.track._replace(displacement=still))
+    track = lanes.before.track
+    assert track is not None
+    still = np.broadcast_to(np.asarray(lanes.start)[:, :1], np.shape(track.displacement))
+    before = lanes.before._replace(track=track._replace(displacement=still))
+    forgetful = dataclasses.replace(lanes, before=before)
 
     def error(lanes: Lanes) -> float:
         displacement, _ = misfit.predict(lanes, each(lanes, known), np.asarray(lanes.start))

@@ -19,6 +19,7 @@ from jaxstick.hypothesis import effects_at_null
 from jaxstick.nominal import nominal
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parameter import replace
+from jaxstick.parts.before import Before
 from jaxstick.parts.contact import Approach, LoadedContact, Passage, SmoothContact, Traction
 from jaxstick.parts.drive import AbstractDrive, Excitation, RecordedDrive, SineDrive
 from jaxstick.parts.friction import ExponentialFriction
@@ -327,7 +328,7 @@ def test_a_motion_that_is_picked_up_remembers_how_it_slid(at: int, transition: f
     before = at - np.arange(1204)
     base = np.asarray(DRIVE.at(jnp.asarray(run.time[before])).y)
     track = Track(lags, run.x[before], base)
-    begin = Start(run.x[at], run.v[at], run.friction[at], track=track)
+    begin = Start(run.x[at], run.v[at], run.friction[at], Before(track=track))
 
     def astray(start: Start) -> float:
         seen = marched(lagging, start, Grid(1e-3 * at, 1e-3, 100, 10))
@@ -411,7 +412,10 @@ def test_what_ages_alike_in_stick_and_slip_is_renewed_by_what_its_spring_gives_w
 def test_the_age_at_the_start_is_that_of_the_start() -> None:
     """A mass that has rested breaks away later: the simulation hands the time of rest to the contact."""
     oscillator = with_effect(NOMINAL, "dwell_strengthening", growth=0.05)
-    runs = [simulate(oscillator, samples=400, interval=1e-3, start=Start(rest=rest)) for rest in (0.0, 100.0)]
+    runs = [
+        simulate(oscillator, samples=400, interval=1e-3, start=Start(before=Before(rest=rest)))
+        for rest in (0.0, 100.0)
+    ]
     first, second = (np.abs(np.asarray(run.force)).max() for run in runs)
     assert second > 1.1 * first
 

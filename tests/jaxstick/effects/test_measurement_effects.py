@@ -20,6 +20,7 @@ from jaxstick.catalogue import catalogue
 from jaxstick.nominal import nominal
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parameter import replace
+from jaxstick.parts.before import Before
 from jaxstick.parts.drive import RecordedDrive, SineDrive
 from jaxstick.parts.instrument import AbstractInstrument, IdealInstrument, Past, Reading
 from jaxstick.parts.motion import Motion, Scalar
@@ -262,7 +263,7 @@ def test_the_highpass_goes_on_from_the_impulse_of_the_record(second, held):
     middle = 700
     impulse = cumulative_trapezoid(whole, dx=STEP, initial=0.0)
     impulse_sum = cumulative_trapezoid(impulse, dx=STEP, initial=0.0)
-    past = Past(0.0, float(impulse[middle]), float(impulse_sum[middle]))
+    past = Past(0.0, Before(impulse=float(impulse[middle]), impulse_sum=float(impulse_sum[middle])))
     rest = recorded(chain, force, start=float(TIME[middle]), steps=STEPS - middle, past=past).friction
     np.testing.assert_allclose(rest, whole[middle:], atol=1e-6)
     assert np.max(np.abs(recorded(chain, force, start=float(TIME[middle])).friction[0] - whole[middle])) > 0.1
@@ -312,7 +313,7 @@ def test_the_hysteresis_is_the_mean_of_play_operators(spread):
 
 
 def test_plays_begin_where_the_recorded_force_is():
-    known = Past(1.0, recorded=1.1)
+    known = Past(1.0, Before(recorded=1.1))
     seen = recorded(instrument("force_hysteresis", width=0.3, spread=0.5), lambda t: 1.0 + t, past=known)
     assert float(seen.friction[0]) == pytest.approx(1.1, abs=1e-9)
 
@@ -623,9 +624,8 @@ def test_a_segment_taken_from_a_record_begins_as_the_record_goes_on(key, values)
     whole = travelled(oscillator)
     firsts = np.arange(20, 370, 7)
 
-    first = Start(
-        *(part[firsts] for part in (whole.x, whole.v, whole.force)), recorded=whole.friction[firsts]
-    )
+    before = Before(recorded=whole.friction[firsts])
+    first = Start(whole.x[firsts], whole.v[firsts], whole.force[firsts], before)
     first = jax.tree.map(lambda part: np.broadcast_to(np.asarray(part, float), firsts.shape), first)
     seen = segments(oscillator, first, 2e-3 * firsts)
 
@@ -644,10 +644,11 @@ def test_a_table_rings_on_where_a_segment_is_picked_up():
     whole = travelled(oscillator)
     wrong = []
     for first in range(120, 360, 20):
-        before = first - np.arange(96)
-        start = Start(whole.x[first], whole.v[first], whole.force[first], recorded=whole.friction[first])
-        known = start._replace(shown=Trace(2e-3 * np.arange(96), whole.friction[before]))
-        runs = [marched(oscillator, each, Grid(2e-3 * first, 2e-3, 25, 5)) for each in (start, known)]
+        unshown = Before(recorded=whole.friction[first])
+        trace = Trace(2e-3 * np.arange(96), whole.friction[first - np.arange(96)])
+        begin = Start(whole.x[first], whole.v[first], whole.force[first], unshown)
+        known = begin._replace(before=unshown._replace(shown=trace))
+        runs = [marched(oscillator, each, Grid(2e-3 * first, 2e-3, 25, 5)) for each in (begin, known)]
         wrong.append([run.friction - whole.friction[first : first + 25] for run in runs])
     blind, seeing = np.sqrt(np.mean(np.square(wrong), axis=(0, 2)))
     assert seeing < 0.35 * blind

@@ -17,6 +17,7 @@ from jaxstick.hypothesis import effects_at_null
 from jaxstick.nominal import nominal
 from jaxstick.oscillator import Oscillator, Start
 from jaxstick.parameter import find, replace
+from jaxstick.parts.before import Before
 from jaxstick.parts.contact import LoadedContact
 from jaxstick.parts.drive import SineDrive
 from jaxstick.parts.friction import ExponentialFriction
@@ -187,7 +188,7 @@ def test_a_rubbing_guide_sticks_with_the_mass() -> None:
 def test_a_guide_that_a_sliding_mass_has_come_to_rest_on_still_pushes_back(slid: float) -> None:
     """Until the mass goes back by the guide's deflection; nothing where it has not slid."""
     rubbed = with_effect(SMOOTH, "guide_friction", force=1.0, deflection=2e-5)
-    state = rubbed.initial(jnp.asarray(0.0), Start(1e-3, 0.0, slid=slid))
+    state = rubbed.initial(jnp.asarray(0.0), Start(1e-3, 0.0, before=Before(slid=slid)))
     motion = rubbed.motion(jnp.asarray(0.0), rubbed.drive.at(0.0), 1e-3, 0.0, 0.0)
     still = SMOOTH.rig.force(SMOOTH.rig.initial(motion), motion)
     assert float(rubbed.rig.force(state.rig, motion) - still) == pytest.approx(-slid)
@@ -210,12 +211,18 @@ def test_a_guide_yields_while_the_mass_sticks_and_is_picked_up_there() -> None:
     within = np.flatnonzero((np.abs(share) < 0.8) & (np.arange(len(run.x)) > 1500))[:-60]
     assert len(within) > 200
     state = jax.jit(
-        jax.vmap(lambda x, v, f, slid: rubbed.initial(jnp.zeros(()), Start(x, v, f, slid=slid)).rig[1].share)
+        jax.vmap(
+            lambda x, v, f, slid: (
+                rubbed.initial(jnp.zeros(()), Start(x, v, f, Before(slid=slid))).rig[1].share
+            )
+        )
     )(*(values[within] for values in (run.x, run.v, run.force, sense)))
     assert np.abs(np.asarray(state) - share[within]).mean() < 0.2
     go_on = jax.jit(lambda start, time: march(rubbed, start, Grid(time, interval, 60, 10)))
     for i in within[:: len(within) // 4]:
-        start = Start(*(float(part[i]) for part in (run.x, run.v, run.force)), slid=float(sense[i]))
+        start = Start(
+            *(float(part[i]) for part in (run.x, run.v, run.force)), before=Before(slid=float(sense[i]))
+        )
         on = go_on(start, i * interval)
         assert np.abs(np.asarray(on.force) - run.force[i : i + 60]).max() < 0.6 * force
 
@@ -226,7 +233,7 @@ def test_a_lubricated_guide_creeps(fast: bool) -> None:
     guide that creeps fast brakes as the velocity, up to its whole force."""
     force, deflection, creep = 1.5, 2e-5, 2.0 if fast else 1e-3
     rubbed = with_effect(SMOOTH, "guide_friction", force=force, deflection=deflection, creep=creep)
-    state = rubbed.initial(jnp.asarray(0.0), Start(0.0, 0.0, slid=1.0))
+    state = rubbed.initial(jnp.asarray(0.0), Start(0.0, 0.0, before=Before(slid=1.0)))
     motion = rubbed.motion(jnp.asarray(0.0), rubbed.drive.at(0.0), 0.0, 0.0, 0.0)
     plain = SMOOTH.rig.initial(motion)
     rig, step, v = state.rig, 1e-4, -4e-4
