@@ -334,7 +334,7 @@ def test_a_motion_that_is_picked_up_remembers_how_it_slid(at: int, transition: f
         seen = marched(lagging, start, Grid(1e-3 * at, 1e-3, 100, 10))
         return float(np.abs(seen.friction - run.friction[at : at + 100]).max())
 
-    assert astray(begin) < 2e-3 < 0.4 < astray(begin._replace(track=None))
+    assert astray(begin) < 2e-3 < 0.4 < astray(begin._replace(before=Before()))
 
 
 def test_a_lag_makes_a_loop_that_is_higher_while_speeding_up() -> None:
