@@ -59,7 +59,7 @@ def account_for(problem: Problem, last: Stage, solution: Solution, progress: Pro
     traces = [
         Trace(
             run=signal.run,
-            velocity=signal.velocity,
+            slide_rate=signal.slide_rate,
             displacement=piecewise[0],
             friction=piecewise[1],
             free_displacement=through[0],

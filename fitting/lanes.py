@@ -68,6 +68,16 @@ class Lanes(eqx.Module):
         """How many residuals of each lane count."""
         return np.sum(self.weights() > 0, axis=(1, 2))
 
+    def base_motion(self) -> tuple[np.ndarray, np.ndarray]:
+        """Displacement and velocity of the base at the samples (lanes, samples) [m, m/s]."""
+        pieces, samples = np.asarray(self.drive.base), self.displacement.shape[1]
+        finer = pieces.shape[1] // (samples - 1)
+        first, (cubic, square, rate, place) = pieces[:, ::finer], np.moveaxis(pieces[:, -1], -1, 0)
+        span = np.asarray(self.drive.interval)
+        end = place + span * (rate + span * (square + span * cubic))
+        end_rate = rate + span * (2 * square + 3 * span * cubic)
+        return np.column_stack([first[:, :, 3], end]), np.column_stack([first[:, :, 2], end_rate])
+
     def take(self, index: np.ndarray) -> Lanes:
         """The lanes at these indices, in this order."""
         return jax.tree.map(lambda leaf: np.asarray(leaf)[index], self)

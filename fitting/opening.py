@@ -23,7 +23,7 @@ class Scales:
 def scales(signals: Sequence[Signals]) -> Scales:
     """Sizes from the upper end of what the runs show."""
     friction = np.concatenate([np.abs(signal.friction) for signal in signals])
-    speed = np.concatenate([np.abs(signal.velocity) for signal in signals])
+    speed = np.concatenate([np.abs(signal.slide_rate) for signal in signals])
     stroke = max(np.ptp(signal.run.displacement) for signal in signals)
     has_force = signals[0].run.friction is not None
     return Scales(
@@ -66,9 +66,9 @@ def opening(signals: Sequence[Signals], scale: Scales) -> dict[str, float]:
 def _slip(signals: Sequence[Signals], scale: Scales) -> tuple[np.ndarray, np.ndarray]:
     speeds, forces = [], []
     for signal in signals:
-        moving = np.abs(signal.velocity) > max(0.05 * scale.speed, 6 * signal.velocity_deviation)
-        speeds.append(np.abs(signal.velocity[moving]))
-        forces.append(-np.sign(signal.velocity[moving]) * signal.friction[moving])
+        moving = np.abs(signal.slide_rate) > max(0.05 * scale.speed, 6 * signal.velocity_deviation)
+        speeds.append(np.abs(signal.slide_rate[moving]))
+        forces.append(-np.sign(signal.slide_rate[moving]) * signal.friction[moving])
     speed, force = np.concatenate(speeds), np.concatenate(forces)
     if len(speed) < 8:
         return np.array([scale.speed, scale.speed]), np.array([scale.force, scale.force])
@@ -79,8 +79,8 @@ def _stick_slope(signals: Sequence[Signals], scale: Scales) -> float:
     """-dF/dx over short stretches near standstill: the median of slopes weighted by the travel they span."""
     slopes, weights = [], []
     for signal in signals:
-        slow = np.abs(signal.velocity) < max(0.05 * scale.speed, 4 * signal.velocity_deviation)
-        x, force = signal.run.displacement, signal.friction
+        slow = np.abs(signal.slide_rate) < max(0.05 * scale.speed, 4 * signal.velocity_deviation)
+        x, force = signal.slide, signal.friction
         edges = np.flatnonzero(np.diff(np.concatenate([[0], slow.astype(int), [0]])))
         for first, last in zip(edges[::2], edges[1::2], strict=True):
             if last - first < 6:

@@ -35,7 +35,7 @@ class Trace:
     """One run, measured and fitted: piecewise with a free start for each segment, and in one free run."""
 
     run: Run
-    velocity: np.ndarray
+    slide_rate: np.ndarray
     displacement: np.ndarray
     friction: np.ndarray
     free_displacement: np.ndarray

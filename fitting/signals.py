@@ -44,12 +44,13 @@ class Signals:
     """One run's samples (SI), the velocity and friction force found from them, and their standard deviations.
 
     `base` and `force` are the excitation at the samples (zero where the run has none); `ahead` is the base at
-    `AHEAD` more samples after the last, where it is known to go on as before, else empty. `friction` is the
-    recorded friction force or, without that channel, m x'' + c x' + K x - k_d y - c_d y' - u. `rest` is for
-    how long the contact has held since the mass slid last [s], `impulse` the integral of the friction force
-    from the beginning of the run [N s], `impulse_sum` the integral of that [N s^2], `slid` the sense in which
-    the mass slid last (1, -1, or 0 where it has not yet), `recorded` the recorded friction force smoothed
-    over a few samples, not a number without that channel.
+    `AHEAD` more samples after the last, where it is known to go on as before, else empty. `slide` and
+    `slide_rate` are how far and how fast the mass slides over its guide, which the base may carry. `friction`
+    is the recorded friction force or, without that channel, m x'' + c x' + K x - k_d y - c_d y' - u. `rest`
+    is for how long the contact has held since the mass slid last [s], `impulse` the integral of the friction
+    force from the beginning of the run [N s], `impulse_sum` the integral of that [N s^2], `slid` the sense in
+    which the mass slid last (1, -1, or 0 where it has not yet), `recorded` the recorded friction force
+    smoothed over a few samples, not a number without that channel.
     """
 
     run: Run
@@ -57,6 +58,8 @@ class Signals:
     ahead: Samples
     force: Samples
     velocity: Samples
+    slide: Samples
+    slide_rate: Samples
     friction: Samples
     displacement_noise: float
     friction_noise: float | None
@@ -91,6 +94,10 @@ def read_signals(run: Run, noise: Noise) -> Signals:
     force = np.zeros_like(base) if run.force is None else run.force
     window = _window(natural_period(run.rig) or 100 * dt, dt, len(run.time))
     velocity = np.asarray(savgol_filter(run.displacement, window, 2, deriv=1, delta=dt))
+    slide, slide_rate = run.displacement, velocity
+    if run.rig.friction_against == "base":
+        slide = slide - base
+        slide_rate = slide_rate - np.asarray(savgol_filter(base, window, 2, deriv=1, delta=dt))
     velocity_deviation = displacement_noise * math.sqrt(
         np.sum(savgol_coeffs(window, 2, deriv=1, delta=dt) ** 2)
     )
@@ -100,7 +107,7 @@ def read_signals(run: Run, noise: Noise) -> Signals:
     else:
         recorded = np.full(len(velocity), math.nan)
         friction, friction_deviation = _balance(run, base, force, velocity, window, displacement_noise)
-    last = _last_sliding(velocity, friction, 4 * velocity_deviation)
+    last = _last_sliding(slide_rate, friction, 4 * velocity_deviation)
     impulse = cumulative_trapezoid(friction, dx=dt, initial=0.0)
     return Signals(
         run,
@@ -108,6 +115,8 @@ def read_signals(run: Run, noise: Noise) -> Signals:
         ahead,
         force,
         velocity,
+        slide,
+        slide_rate,
         friction,
         displacement_noise,
         friction_noise,
@@ -117,19 +126,20 @@ def read_signals(run: Run, noise: Noise) -> Signals:
         (np.arange(len(velocity)) - np.maximum(last, 0)) * dt,
         impulse,
         cumulative_trapezoid(impulse, dx=dt, initial=0.0),
-        np.where(last < 0, 0.0, np.sign(velocity[last])),
+        np.where(last < 0, 0.0, np.sign(slide_rate[last])),
         recorded,
     )
 
 
-def _last_sliding(velocity: Samples, friction: Samples, still: float) -> np.ndarray:
-    """The sample so far at which the mass last slid, -1 for none: moved fast, or against a force as large as
-    that of sliding, for what rings in stick moves, too; `still` is a velocity [m/s] that noise may show."""
-    speed = np.abs(velocity)
+def _last_sliding(slide_rate: Samples, friction: Samples, still: float) -> np.ndarray:
+    """The sample so far at which the mass last slid, -1 for none: moved fast over its guide, or against a
+    force as large as that of sliding, for what rings in stick moves, too; `still` is a velocity [m/s] that
+    noise may show."""
+    speed = np.abs(slide_rate)
     moving = speed > max(RINGS * speed.max(), still)
     fast = speed >= FAST * speed.max()
     sliding = np.median(np.abs(friction[fast]))
-    resisted = (velocity * friction < 0) & (np.abs(friction) > ALL_BUT * sliding)
+    resisted = (slide_rate * friction < 0) & (np.abs(friction) > ALL_BUT * sliding)
     return np.maximum.accumulate(np.where(moving & (fast | resisted), np.arange(len(speed)), -1))
 
 

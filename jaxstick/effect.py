@@ -26,13 +26,13 @@ class Card:
 
 
 class Leftover(NamedTuple):
-    """What a model without the effect leaves of records: samples, in any order, of time [s], displacement [m]
-    and velocity [m/s] as modelled, the modelled friction force on the mass [N], and what the recorded one has
-    beyond it [N]."""
+    """What a model without the effect leaves of records: samples, in any order, of time [s], how far [m]
+    and how fast [m/s] the mass slides over its guide as modelled, the modelled friction force on it [N], and
+    what the recorded one has beyond it [N]."""
 
     time: np.ndarray
-    displacement: np.ndarray
-    velocity: np.ndarray
+    slide: np.ndarray
+    slide_rate: np.ndarray
     friction: np.ndarray
     beyond: np.ndarray
 

@@ -176,7 +176,7 @@ def _traces(
                 held_out=run.file in held.files,
                 time=run.time,
                 base=signal.base,
-                velocity=signal.velocity,
+                slide_rate=signal.slide_rate,
                 displacement=run.displacement,
                 friction=run.friction,
                 before_displacement=first[0],

@@ -203,7 +203,7 @@ class Trace:
     held_out: bool
     time: np.ndarray
     base: np.ndarray
-    velocity: np.ndarray
+    slide_rate: np.ndarray
     displacement: np.ndarray
     friction: np.ndarray | None
     before_displacement: np.ndarray

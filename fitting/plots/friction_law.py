@@ -17,8 +17,8 @@ DECADES = 3.0
 
 
 def friction_law(fit: Fit) -> Figure:
-    """All runs' friction force over velocity; on the right only what opposes the motion, over the logarithm
-    of the speed, as Stribeck curves are drawn.
+    """All runs' friction force over the sliding velocity; on the right only what opposes the motion, over the
+    logarithm of the speed, as Stribeck curves are drawn.
 
     Points are measured (fitted where no friction force was), velocities read off the displacement. Near
     standstill the contact holds: there the points leave the law.
@@ -62,7 +62,7 @@ def friction_law(fit: Fit) -> Figure:
 
 
 def _points(traces: tuple[Trace, ...]) -> tuple[np.ndarray, np.ndarray]:
-    speed = np.concatenate([trace.velocity for trace in traces])
+    speed = np.concatenate([trace.slide_rate for trace in traces])
     force = [trace.friction if trace.run.friction is None else trace.run.friction for trace in traces]
     return speed, np.concatenate(force)
 

@@ -58,9 +58,9 @@ class PeriodicTrack(AbstractEffect):
     def read_off(cls, leftover: Leftover) -> Mapping[str, float]:
         """The wavelength at which friction, as a share of what is modelled, has its highest line over place
         (periodogram of Lomb, Astrophysics and Space Science 39 (1976) 447)."""
-        speed = np.abs(leftover.velocity)
+        speed = np.abs(leftover.slide_rate)
         sliding = speed > SLIDING * speed.max(initial=0.0)
-        place, friction = leftover.displacement[sliding], leftover.friction[sliding]
+        place, friction = leftover.slide[sliding], leftover.friction[sliding]
         stroke = float(np.ptp(place)) if len(place) else 0.0
         if not stroke > 0:
             return {}

@@ -91,6 +91,15 @@ def test_the_gradient_is_that_of_the_cost(problem, misfit, truth):
     np.testing.assert_allclose((ahead - behind) / (4 * np.diag(steps)), gradient, rtol=1e-4)
 
 
+def test_lanes_know_how_the_base_moves_at_their_samples(problem):
+    lanes = laid(problem, (0, SHORT), (200, 200 + SHORT))
+    time = np.asarray(lanes.start_time)[:, None] + np.asarray(lanes.interval)[:, None] * np.arange(SHORT)
+    exact = SineDrive(1.5, 10.325e-3).at(time - time[0, 0] + 0.5)
+    place, rate = lanes.base_motion()
+    np.testing.assert_allclose(place, exact.y, rtol=0, atol=1e-4 * 10.325e-3)
+    np.testing.assert_allclose(rate, exact.y_rate, rtol=0, atol=1e-3 * np.max(np.abs(exact.y_rate)))
+
+
 def test_a_lane_remembers_where_the_mass_has_been():
     """A spring that relaxes, picked up in the middle of a record: told that the mass had kept still before,
     lanes end up elsewhere."""

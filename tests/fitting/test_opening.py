@@ -9,7 +9,8 @@ import pytest
 
 from fitting.opening import opening, scales
 from fitting.signals import read_signals
-from tests.fitting.reference_data import NOISE, RATIOS, TRUTH, exact_run, noisy
+from jaxstick.parts.drive import SineDrive
+from tests.fitting.reference_data import NOISE, RATIOS, RIG, TRUTH, exact_run, noisy, own_run
 
 
 def signals(*runs):
@@ -35,6 +36,16 @@ def test_exact_records_give_C_and_k1_nearly(exact):
     assert found["k1"] == pytest.approx(TRUTH["k1"], rel=0.3)
     assert set(found) == set(TRUTH)
     assert all(value >= 0 for value in found.values())
+
+
+def test_on_a_guide_that_the_base_carries_the_mass_slides_over_the_base():
+    rig = dataclasses.replace(RIG, friction_against="base")
+    drives = [SineDrive(f, 10.325e-3) for f in (3.0, 3.2, 3.4)]
+    seen = signals(*(own_run(drive, rig=rig, samples=1500, settling=3.0) for drive in drives))
+    size = scales(seen)
+    assert opening(seen, size)["C"] == pytest.approx(TRUTH["C"], rel=0.02)
+    speed = max(np.max(np.abs(np.gradient(s.run.displacement - s.base, s.run.interval))) for s in seen)
+    assert size.speed == pytest.approx(speed, rel=0.02)
 
 
 def test_noise_leaves_C_and_the_order_of_k1():

@@ -10,7 +10,9 @@ import pytest
 from fitting.signals import AHEAD, base_motion, read_signals
 from jaxstick.noise import estimate_noise
 from jaxstick.parts.drive import SineDrive
-from tests.fitting.reference_data import NOISE, noisy, own_run
+from tests.fitting.reference_data import NOISE, RIG, noisy, own_run
+
+CARRIED = SineDrive(3.0, 10.325e-3)
 
 
 def test_the_sense_of_the_last_sliding_is_kept_while_the_mass_rests():
@@ -42,6 +44,22 @@ def test_a_contact_holds_since_the_mass_slid_last_though_it_rings():
     assert np.median(np.abs(seen.rest[stuck] / held[stuck] - 1)) < 0.02
     assert np.mean(seen.rest <= held + 0.02) > 0.98
     assert np.all(seen.rest[speed > 0.3 * np.max(speed)] == 0)
+
+
+def test_a_mass_rests_on_a_base_that_carries_it_along():
+    """It slides where it moves against the guide, not where it moves."""
+    rig = dataclasses.replace(RIG, friction_against="base")
+    exact = own_run(CARRIED, rig=rig, samples=1500, settling=3.0)
+    assert exact.base is not None
+    seen = read_signals(noisy(exact, np.random.default_rng(7)), NOISE)
+    slide = exact.displacement - exact.base
+    rate = np.gradient(slide, exact.interval)
+    assert np.sqrt(np.mean((seen.slide_rate - rate) ** 2)) < 0.05 * np.std(rate)
+    assert np.sqrt(np.mean((seen.slide - slide) ** 2)) < 2 * seen.displacement_noise
+    slides, rests = (np.abs(rate) > 0.3 * np.max(np.abs(rate))), np.abs(rate) < 0.05 * np.max(np.abs(rate))
+    assert np.count_nonzero(rests) > 20 and np.min(np.abs(seen.velocity[rests])) > np.max(np.abs(rate))
+    assert np.array_equal(seen.slid[slides], np.sign(rate[slides]))
+    assert np.all(seen.rest[slides] == 0) and np.mean(seen.rest[rests] > 0) > 0.95
 
 
 def test_a_mass_that_has_not_moved_yet_has_not_slid():

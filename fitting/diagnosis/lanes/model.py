@@ -29,6 +29,7 @@ from jaxstick.catalogue import catalogue
 from jaxstick.effect import AbstractEffect
 from jaxstick.hypothesis import Hypothesis, effects_at_null
 from jaxstick.parameter import parameters
+from jaxstick.parts.drive import Excitation
 
 PACK = 16
 """So many lanes go through a program together: with more, small data sets fill packs with lanes that do not
@@ -147,6 +148,15 @@ class Model:
         self._known: dict[tuple[str, ...], tuple[Hypothesis, Chart, np.ndarray]] = {}
         self._roomy: collections.OrderedDict[int, Roomy] = collections.OrderedDict()
         self._using = threading.Lock()
+
+    def sliding(
+        self, lanes: Lanes, displacement: np.ndarray, velocity: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """How far and how fast a mass that moves so slides over its guide (lanes, samples) [m, m/s]."""
+        base, rate = (jnp.asarray(each) for each in lanes.base_motion())
+        still = jnp.zeros_like(base)
+        surface = self.nominal.rig.surface(Excitation(base, rate, still, still))
+        return displacement - np.asarray(surface.position), velocity - np.asarray(surface.rate)
 
     def effect(self, key: str) -> AbstractEffect:
         """An effect of the shelf at null."""

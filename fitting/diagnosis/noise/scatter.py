@@ -62,7 +62,7 @@ class Scatter:
         """That of a bench whose motion a hypothesis describes, good or bad: what it lacks repeats itself. A
         phase that is too rare to tell scatters as its channel does."""
         (columns,) = model.columns([job(model, bench, point)])
-        phases = _phases(bench, columns, period)
+        phases = _phases(model, bench, columns, period)
         raw = cls(_unrepeated(bench, columns, phases), None, period)
         matrices = raw._freeing(model, bench, point, raw._deviation(bench, phases, raw.variances))
         if matrices is None:
@@ -74,7 +74,7 @@ class Scatter:
     def evened(self, model: Model, bench: Bench, point: Point) -> Bench:
         """A bench, whose motion the point describes, with its residuals in units of noise and scatter."""
         (columns,) = model.columns([job(model, bench, point)])
-        phases = _phases(bench, columns, self.period)
+        phases = _phases(model, bench, columns, self.period)
         deviation = self._deviation(bench, phases, self.variances)
         displacement, friction = np.moveaxis(bench.lanes.weights() / deviation, 2, 0)
         lanes = dataclasses.replace(bench.lanes, displacement_weight=displacement, friction_weight=friction)
@@ -126,5 +126,6 @@ def _in_rows(values: np.ndarray) -> np.ndarray:
     return values.transpose(0, 2, 1).reshape(len(values), -1)
 
 
-def _phases(bench: Bench, columns: Columns, period: float) -> Phases:
-    return phases_of(columns.states[:, :, 1], bench.share[:, :, 0] > 0, bench.samples(period))
+def _phases(model: Model, bench: Bench, columns: Columns, period: float) -> Phases:
+    _, slide_rate = model.sliding(bench.lanes, columns.states[:, :, 0], columns.states[:, :, 1])
+    return phases_of(slide_rate, bench.share[:, :, 0] > 0, bench.samples(period))

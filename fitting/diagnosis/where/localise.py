@@ -36,7 +36,7 @@ class Seen:
 
     displacement: np.ndarray
     friction: np.ndarray
-    velocity: np.ndarray
+    slide_rate: np.ndarray
     force: np.ndarray
     counts: np.ndarray
     read_displacement: np.ndarray
@@ -51,7 +51,7 @@ def see(model: Model, bench: Bench, point: Point) -> Seen:
     columns = (
         weight[0] * (x - np.asarray(lanes.displacement)),
         weight[1] * (f - np.asarray(lanes.friction)),
-        v,
+        model.sliding(lanes, x, v)[1],
         force,
         weight[0] > 0,
         x,
@@ -86,14 +86,14 @@ def localise(
     dof = bench.dof()
     noise = (dof / np.maximum(share.sum(axis=(1, 2)), 1))[:, None, None] * share
     over = np.where(share > 0, squares - noise, 0.0) * nominal.weights[:, None, None] ** 2
-    phases = phases_of(seen.velocity, seen.counts, bench.samples(problem.period))
+    phases = phases_of(seen.slide_rate, seen.counts, bench.samples(problem.period))
     by_lane = over.sum(axis=(1, 2))
     total = float(dof.sum())
     return Where(
         channel=shares({"displacement": over[:, :, 0].sum(), "friction": over[:, :, 1].sum()}),
         phase=shares({name: over[mask].sum() for name, mask in phases.items()}),
         direction=shares(
-            {"forward": over[seen.velocity > 0].sum(), "backward": over[seen.velocity <= 0].sum()}
+            {"forward": over[seen.slide_rate > 0].sum(), "backward": over[seen.slide_rate <= 0].sum()}
         ),
         run=shares(
             {signal.run.file: over[bench.run == number].sum() for number, signal in enumerate(problem.chosen)}
@@ -159,15 +159,15 @@ def _sides(model: Model, found: Attribution) -> dict[str, float]:
 def residual_force(problem: Problem, segments: Sequence[Segment], seen: Seen) -> ResidualForce:
     """The force that the equation of motion, closed with the measured motion, asks for beyond the friction of
     the fitted nominal model, which is `seen` in its segments."""
-    runs = joined(segments, seen.force, seen.velocity)
+    runs = joined(segments, seen.force, seen.slide_rate)
     rows = []
     for number, (signal, (friction, _)) in enumerate(zip(problem.chosen, runs, strict=True)):
         needed, _ = balance(signal)
         run = signal.run
-        moving = (run.displacement, signal.velocity, run.time, np.full(len(run.time), number))
-        rows.append(np.stack([needed - friction, *moving]))
-    force, x, v, time, run = np.concatenate(rows, axis=1)
-    resting = np.abs(v) < AT_REST * np.max(np.abs(v))
+        moving = (run.displacement, signal.velocity, signal.slide_rate, run.time)
+        rows.append(np.stack([needed - friction, *moving, np.full(len(run.time), number)]))
+    force, x, v, slide_rate, time, run = np.concatenate(rows, axis=1)
+    resting = np.abs(slide_rate) < AT_REST * np.max(np.abs(slide_rate))
     return ResidualForce(force, x, v, time, run.astype(int), resting, _sketch(force, x, v))
 
 

@@ -56,13 +56,16 @@ def patterns(problem: Problem, model: Model, bench: Bench, point: Point) -> dict
     there are none."""
     lanes = bench.lanes
     seen = model.predict(point.attached, lanes, point.each(model, bench), point.own)
+    displacement, friction, velocity, *_ = seen
+    moving, sliding = (displacement, velocity), model.sliding(lanes, displacement, velocity)
+    mechanics = MECHANICS if problem.friction_recorded else MOTION
     sides = {
-        MECHANICS if problem.friction_recorded else MOTION: motion_side(problem, model, bench, point, seen),
-        FRICTION: friction_side(problem, bench, seen),
+        mechanics: (motion_side(problem, model, bench, point, seen), moving),
+        FRICTION: (friction_side(problem, bench, friction, sliding[1]), sliding),
     }
     return {
-        name: _patterns(problem, bench, side, seen[0], seen[2])
-        for name, side in sides.items()
+        name: _patterns(problem, bench, side, *motion)
+        for name, (side, motion) in sides.items()
         if side is not None
     }
 

@@ -112,13 +112,16 @@ def _with_the_rig_open(side: Side, bench: Bench, seen: tuple[np.ndarray, ...]) -
     return dataclasses.replace(side, pieces=tuple(pieces))
 
 
-def friction_side(problem: Problem, bench: Bench, seen: tuple[np.ndarray, ...]) -> Side | None:
-    """What the measured friction force lacks where the mass slides; None where it was not recorded."""
+def friction_side(
+    problem: Problem, bench: Bench, friction: np.ndarray, slide_rate: np.ndarray
+) -> Side | None:
+    """What the measured friction force lacks, beside that of a model, where the mass slides as there; None
+    where it was not recorded."""
     if not problem.friction_recorded:
         return None
     weight, share = bench.lanes.weights()[:, :, 1], bench.share[:, :, 1]
-    slips = phases_of(seen[2], share > 0, bench.samples(problem.period))["slip"]
-    lacks = weight * (np.asarray(bench.lanes.friction) - seen[1])
+    slips = phases_of(slide_rate, share > 0, bench.samples(problem.period))["slip"]
+    lacks = weight * (np.asarray(bench.lanes.friction) - friction)
     pieces = []
     for lane in range(len(bench.lanes)):
         rows = np.flatnonzero(slips[lane] & (share[lane] > 0))

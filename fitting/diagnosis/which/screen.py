@@ -207,9 +207,10 @@ def _read_off(model: Model, bench: Bench, point: Point, keys: Sequence[str]) -> 
     counts = bench.share[:, :, 1] > 0
     weight = np.asarray(lanes.friction_weight)[counts]
     time = np.asarray(lanes.start_time)[:, None] + np.arange(samples) * np.asarray(lanes.interval)[:, None]
-    x, v, friction = (columns.states[:, :, place][counts] for place in range(3))
+    x, v, friction = np.moveaxis(columns.states[:, :, :3], 2, 0)
+    slide, slide_rate = model.sliding(lanes, x, v)
     beyond = -columns.residual[:, samples : 2 * samples][counts] / weight
-    leftover = Leftover(time[counts], x, v, friction, beyond)
+    leftover = Leftover(time[counts], slide[counts], slide_rate[counts], friction[counts], beyond)
     found = {}
     for key in keys:
         names = model.shelf.shapes[key]

@@ -203,7 +203,7 @@ def _trace(run: Run, motion: Trajectory, before: tuple, after: tuple) -> Trace:
         held_out=run.hold_out,
         time=run.time,
         base=np.asarray(run.base),
-        velocity=np.asarray(motion.v),
+        slide_rate=np.asarray(motion.v),
         displacement=run.displacement,
         friction=run.friction,
         before_displacement=before[0],
@@ -219,7 +219,7 @@ def _residual_force(traces: tuple[Trace, ...], dataset: DataSet) -> ResidualForc
     """Measured less modelled friction force of the runs that are fitted."""
     numbers = [number for number, trace in enumerate(traces) if not trace.held_out]
     kept = [traces[number] for number in numbers]
-    velocity = np.concatenate([trace.velocity for trace in kept])
+    velocity = np.concatenate([trace.slide_rate for trace in kept])
     return ResidualForce(
         force=np.concatenate([trace.friction - trace.before_friction for trace in kept]),
         displacement=np.concatenate([trace.displacement for trace in kept]),
