@@ -49,14 +49,14 @@ class Where:
 class ResidualForce:
     """The force that the fitted nominal model lacks, along every fitted run: one entry a sample.
 
-    force [N] that the equation of motion asks for beyond the model's, displacement [m], velocity [m/s], time
-    [s], the number of the run, and whether the mass was at rest. `sketch` are the terms that a sparse
-    regression finds in it, term by coefficient in newtons at the size of the motion, the largest first.
+    force [N] that the equation of motion asks for beyond the model's, displacement [m], sliding velocity
+    [m/s], time [s], the number of the run, and whether the mass was at rest. `sketch` are the terms that a
+    sparse regression finds in it, term by coefficient in newtons at the size of the motion, largest first.
     """
 
     force: np.ndarray
     displacement: np.ndarray
-    velocity: np.ndarray
+    slide_rate: np.ndarray
     time: np.ndarray
     run: np.ndarray
     at_rest: np.ndarray

@@ -48,7 +48,7 @@ def friction_law(fit: Fit) -> Figure:
         )
         _law(left, right, assumed, top, factor, ASSUMED, "assumed law", (0, (4, 2)))
         _law(left, right, identified, top, factor, FITTED, "identified law", "-")
-        left.set_xlabel(f"velocity v [{unit}/s]")
+        left.set_xlabel(f"sliding velocity [{unit}/s]")
         left.set_ylabel("friction force F [N]")
         left.legend(loc="upper right", markerscale=4)
         right.set_xscale("log")

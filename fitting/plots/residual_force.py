@@ -58,11 +58,11 @@ def over_velocity(axes: Axes, found: ResidualForce) -> None:
     """Every sample, and the median with the quartiles in bins of velocity, at rest left out."""
     found = _known(found)
     moving = ~found.at_rest
-    factor, unit = length_unit(span(found.velocity))
+    factor, unit = length_unit(span(found.slide_rate))
     force, force_name = _scaled(found)
     few = thinned(len(force), MOST_POINTS)
     axes.plot(
-        factor * found.velocity[few],
+        factor * found.slide_rate[few],
         force[few],
         ".",
         color=HALO,
@@ -72,14 +72,14 @@ def over_velocity(axes: Axes, found: ResidualForce) -> None:
         rasterized=True,
     )
     drawn = [
-        _median_line(axes, factor * found.velocity[own], force[own], colour, label)
+        _median_line(axes, factor * found.slide_rate[own], force[own], colour, label)
         for own, colour, label in (
-            (moving & (found.velocity > 0), FORWARD, "forward"),
-            (moving & (found.velocity < 0), BACKWARD, "backward"),
+            (moving & (found.slide_rate > 0), FORWARD, "forward"),
+            (moving & (found.slide_rate < 0), BACKWARD, "backward"),
         )
     ]
     _frame(axes, force, np.concatenate(drawn), force_name)
-    axes.set_xlabel(f"velocity v [{unit}/s]")
+    axes.set_xlabel(f"sliding velocity [{unit}/s]")
     _legend(axes)
 
 
@@ -93,8 +93,8 @@ def over_displacement(axes: Axes, found: ResidualForce) -> None:
         _median_line(axes, factor * found.displacement[own], force[own], colour, label)
         for own, colour, label in (
             (found.at_rest, AT_REST, "at rest"),
-            (moving & (found.velocity > 0), FORWARD, "forward"),
-            (moving & (found.velocity < 0), BACKWARD, "backward"),
+            (moving & (found.slide_rate > 0), FORWARD, "forward"),
+            (moving & (found.slide_rate < 0), BACKWARD, "backward"),
         )
     ]
     _frame(axes, force, np.concatenate(drawn[1:]), force_name)
@@ -106,9 +106,9 @@ def over_plane(axes: Axes, found: ResidualForce) -> None:
     """The median in each cell of the plane of displacement and velocity, as colour in nine steps."""
     found = _known(found)
     x_factor, x_unit = length_unit(span(found.displacement))
-    v_factor, v_unit = length_unit(span(found.velocity))
+    v_factor, v_unit = length_unit(span(found.slide_rate))
     force, force_name = _scaled(found)
-    plane = _plane(x_factor * found.displacement, v_factor * found.velocity, force)
+    plane = _plane(x_factor * found.displacement, v_factor * found.slide_rate, force)
     reach = _reach(plane.values, 0.98) or 1.0
     edges = reach * np.linspace(-1, 1, len(DIVERGING) + 1)
     colours = ListedColormap(DIVERGING)
@@ -123,7 +123,7 @@ def over_plane(axes: Axes, found: ResidualForce) -> None:
     axes.autoscale_view()
     axes.margins(0.03)
     axes.set_xlabel(f"displacement x [{x_unit}]")
-    axes.set_ylabel(f"velocity v [{v_unit}/s]")
+    axes.set_ylabel(f"sliding velocity [{v_unit}/s]")
     bar = axes.figure.colorbar(cells, ax=axes, ticks=[-reach, 0.0, reach], format="%.2g", aspect=26, pad=0.02)
     bar.set_label(f"residual force [{force_name}]")
     bar.outline.set_visible(False)  # pyright: ignore[reportCallIssue]
@@ -150,7 +150,7 @@ def over_time(axes: Axes, found: ResidualForce, run: int) -> None:
 
 def _known(found: ResidualForce) -> ResidualForce:
     """The samples of which everything is a number: a stretch that the fit lost has no residual force."""
-    names = ("force", "displacement", "velocity", "time", "run", "at_rest")
+    names = ("force", "displacement", "slide_rate", "time", "run", "at_rest")
     arrays = {name: np.asarray(getattr(found, name)) for name in names}
     kept = np.logical_and.reduce([np.isfinite(arrays[name]) for name in names])
     return dataclasses.replace(found, **{name: array[kept] for name, array in arrays.items()})

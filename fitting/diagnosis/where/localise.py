@@ -164,10 +164,10 @@ def residual_force(problem: Problem, segments: Sequence[Segment], seen: Seen) ->
     for number, (signal, (friction, _)) in enumerate(zip(problem.chosen, runs, strict=True)):
         needed, _ = balance(signal)
         run = signal.run
-        moving = (run.displacement, signal.velocity, signal.slide_rate, run.time)
-        rows.append(np.stack([needed - friction, *moving, np.full(len(run.time), number)]))
-    force, x, v, slide_rate, time, run = np.concatenate(rows, axis=1)
-    resting = np.abs(slide_rate) < AT_REST * np.max(np.abs(slide_rate))
+        moving = (run.displacement, signal.slide_rate, run.time, np.full(len(run.time), number))
+        rows.append(np.stack([needed - friction, *moving]))
+    force, x, v, time, run = np.concatenate(rows, axis=1)
+    resting = np.abs(v) < AT_REST * np.max(np.abs(v))
     return ResidualForce(force, x, v, time, run.astype(int), resting, _sketch(force, x, v))
 
 

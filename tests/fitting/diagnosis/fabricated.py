@@ -219,16 +219,16 @@ def _residual_force(traces: tuple[Trace, ...], dataset: DataSet) -> ResidualForc
     """Measured less modelled friction force of the runs that are fitted."""
     numbers = [number for number, trace in enumerate(traces) if not trace.held_out]
     kept = [traces[number] for number in numbers]
-    velocity = np.concatenate([trace.slide_rate for trace in kept])
+    slide_rate = np.concatenate([trace.slide_rate for trace in kept])
     return ResidualForce(
         force=np.concatenate([trace.friction - trace.before_friction for trace in kept]),
         displacement=np.concatenate([trace.displacement for trace in kept]),
-        velocity=velocity,
+        slide_rate=slide_rate,
         time=np.concatenate([trace.time for trace in kept]),
         run=np.concatenate(
             [np.full(len(trace.time), number) for number, trace in zip(numbers, kept, strict=True)]
         ),
-        at_rest=np.abs(velocity) < 1e-3,
+        at_rest=np.abs(slide_rate) < 1e-3,
         sketch={"1": -0.74, "sign(v)": -0.06, "v": 0.02},
     )
 

@@ -58,7 +58,7 @@ def test_a_model_without_effect_is_drawn_once(diagnosis):
 
 def test_the_residual_force_shows_a_step_that_is_put_in(diagnosis):
     found = diagnosis.residual_force
-    made = dataclasses.replace(found, force=np.where(found.velocity > 0, 0.2, -0.1))
+    made = dataclasses.replace(found, force=np.where(found.slide_rate > 0, 0.2, -0.1))
     figure = residual_force(made, *worst_residual_run(diagnosis))
     lines = {line.get_label(): np.asarray(line.get_ydata(), float) for line in figure.axes[0].get_lines()}
     np.testing.assert_allclose(lines["forward"], 200.0)
