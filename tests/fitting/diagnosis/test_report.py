@@ -219,7 +219,7 @@ def test_a_diagnosis_without_residual_force_or_cards(diagnosis, dataset):
         diagnosis,
         residual_force=dataclasses.replace(
             diagnosis.residual_force,
-            **dict.fromkeys(("force", "displacement", "velocity", "time", "run", "at_rest"), nothing),
+            **dict.fromkeys(("force", "displacement", "slide_rate", "time", "run", "at_rest"), nothing),
         ),
         cards={},
         closure=Closure(6.8, 1.1, 1.0, None, 0.98, (0.97, 0.99), None, None, (), True),
