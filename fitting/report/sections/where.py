@@ -87,7 +87,7 @@ def _pictures(diagnosis: Diagnosis) -> list[Picture]:
         return []
     run, file = worst_residual_run(diagnosis)
     drawings = (
-        ("velocity", "Over velocity: samples, median and middle half", panels.over_velocity),
+        ("velocity", "Over the sliding velocity: samples, median and middle half", panels.over_velocity),
         ("displacement", "Over displacement, by direction of motion", panels.over_displacement),
         ("plane", "Over the plane of both: median in each cell", panels.over_plane),
         ("time", f"Over time in {file}: median and middle half", partial(panels.over_time, run=run)),

@@ -42,6 +42,21 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> queue.Queue[Any]:
     return found
 
 
+@pytest.mark.parametrize("against", ["ground", "base"])
+def test_a_mass_slides_over_its_guide_which_the_base_may_carry(against: str):
+    run = own_run(SineDrive(3.0, 10.325e-3), samples=600)
+    model, bench = laid_out(dataset(run, rig=dataclasses.replace(RIG, friction_against=against)))
+    lanes, counts = bench.lanes, bench.share[:, :, 0] > 0
+    place, rate = model.sliding(lanes, np.asarray(lanes.displacement), np.zeros(counts.shape))
+    begins, intervals = np.asarray(lanes.start_time), np.asarray(lanes.interval)
+    time = begins[:, None] + intervals[:, None] * np.arange(counts.shape[1])
+    assert run.base is not None
+    carried = np.interp(time, run.time, run.base) if against == "base" else np.zeros(time.shape)
+    speed = np.interp(time, run.time, np.gradient(run.base, run.interval, edge_order=2)) * (against == "base")
+    assert (np.asarray(lanes.displacement) - place)[counts] == pytest.approx(carried[counts], abs=1e-5)
+    assert -rate[counts] == pytest.approx(speed[counts], abs=2e-3)
+
+
 def test_what_is_compiled_ahead_is_what_is_used(laid, asked):
     model, bench = laid
     groups, count = model.sharing.groups[:2], len(bench.lanes)
