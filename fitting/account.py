@@ -59,6 +59,7 @@ def account_for(problem: Problem, last: Stage, solution: Solution, progress: Pro
     traces = [
         Trace(
             run=signal.run,
+            guide=signal.run.displacement - signal.slide,
             slide_rate=signal.slide_rate,
             displacement=piecewise[0],
             friction=piecewise[1],

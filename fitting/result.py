@@ -32,9 +32,14 @@ class Constant:
 
 @dataclasses.dataclass(frozen=True)
 class Trace:
-    """One run, measured and fitted: piecewise with a free start for each segment, and in one free run."""
+    """One run, measured and fitted: piecewise with a free start for each segment, and in one free run.
+
+    `guide`: where the guide is [m], which the base may carry; `slide_rate`: how fast the mass slides over it
+    [m/s].
+    """
 
     run: Run
+    guide: np.ndarray
     slide_rate: np.ndarray
     displacement: np.ndarray
     friction: np.ndarray

@@ -1,4 +1,4 @@
-"""Friction loops: the friction force over the displacement, measured and fitted."""
+"""Friction loops: the friction force over the way slid, measured and fitted."""
 
 from __future__ import annotations
 
@@ -29,11 +29,12 @@ def loops(traces: Sequence[Trace]) -> Figure:
             cycle = cycle_of(run)
             samples = len(run.time) if cycle is None else round(CYCLES / (cycle.frequency * run.interval)) + 1
             shown = slice(-min(samples, len(run.time)), None)
-            factor, unit = length_unit(span(run.displacement))
+            measured, fitted = (x - trace.guide for x in (run.displacement, trace.displacement))
+            factor, unit = length_unit(span(measured))
             if run.friction is not None:
                 few = thinned(len(run.time[shown]))
                 axes.plot(
-                    factor * run.displacement[shown][few],
+                    factor * measured[shown][few],
                     run.friction[shown][few],
                     ".",
                     color=HALO,
@@ -42,14 +43,14 @@ def loops(traces: Sequence[Trace]) -> Figure:
                     label="measured",
                 )
             axes.plot(
-                factor * trace.displacement[shown],
+                factor * fitted[shown],
                 trace.friction[shown],
                 color=FITTED,
                 lw=0.9,
                 label="fitted",
             )
             axes.set_title(run.file if cycle is None else f"{run.file}, {cycle.frequency:.4g} Hz")
-            axes.set_xlabel(f"displacement x [{unit}]")
+            axes.set_xlabel(f"displacement over the guide [{unit}]")
         for axes in panels[::columns]:
             axes.set_ylabel("friction force F [N]")
         for axes in panels[len(chosen) :]:
