@@ -70,13 +70,10 @@ class Lanes(eqx.Module):
 
     def base_motion(self) -> tuple[np.ndarray, np.ndarray]:
         """Displacement and velocity of the base at the samples (lanes, samples) [m, m/s]."""
-        pieces, samples = np.asarray(self.drive.base), self.displacement.shape[1]
-        finer = pieces.shape[1] // (samples - 1)
-        first, (cubic, square, rate, place) = pieces[:, ::finer], np.moveaxis(pieces[:, -1], -1, 0)
-        span = np.asarray(self.drive.interval)
-        end = place + span * (rate + span * (square + span * cubic))
-        end_rate = rate + span * (2 * square + 3 * span * cubic)
-        return np.column_stack([first[:, :, 3], end]), np.column_stack([first[:, :, 2], end_rate])
+        samples = self.displacement.shape[1]
+        finer = np.shape(self.drive.base)[1] // (samples - 1)
+        begins = np.asarray(self.drive.continued(samples * finer).base)[:, ::finer]
+        return begins[:, :, 3], begins[:, :, 2]
 
     def take(self, index: np.ndarray) -> Lanes:
         """The lanes at these indices, in this order."""

@@ -74,7 +74,7 @@ def lay_out(
         for (base, force), samples in zip(splines, whole, strict=True)
     ]
     histories = [History.of(signal, natural_period(signal.run.rig)) for signal in signals]
-    known = list(zip(signals, histories, splines, strict=True))
+    known = list(zip(histories, splines, strict=True))
     columns = [_lane(*known[segment.run], segment, samples, refine, force_scale) for segment in segments]
     stacked = jax.tree.map(lambda *each: np.stack(each), *columns)
     runs = [signals[segment.run].run for segment in segments]
@@ -143,7 +143,6 @@ def _on_grid(spline: CubicSpline, knots: np.ndarray) -> np.ndarray:
 
 
 def _lane(
-    signal: Signals,
     history: History,
     pieces: tuple[np.ndarray, np.ndarray],
     segment: Segment,
@@ -151,7 +150,7 @@ def _lane(
     refine: int,
     force_scale: float,
 ) -> dict[str, Any]:
-    run = signal.run
+    signal, run = history.signal, history.signal.run
     index = np.minimum(segment.first + np.arange(samples), segment.last - 1)
     counts = (segment.first + np.arange(samples) < segment.last).astype(float)
     piece = segment.first * refine + np.arange((samples - 1) * refine)

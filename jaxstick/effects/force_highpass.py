@@ -94,12 +94,9 @@ class _LeakingForce(AbstractForceLink):
     def begin(self, motion: Motion, friction: Scalar, past: Past) -> _Leak:
         second = self.second * self.leak
         losing = second * (self.before + self.held)
-        lost = (
-            self.before
-            + losing * motion.t
-            + self.leak * (past.before.impulse + second * past.before.impulse_sum)
-        )
-        return _Leak(lost, losing + second * self.leak * past.before.impulse, friction)
+        impulse, its_sum = past.before.impulse, past.before.impulse_sum
+        lost = self.before + losing * motion.t + self.leak * (impulse + second * its_sum)
+        return _Leak(lost, losing + second * self.leak * impulse, friction)
 
     def follow(self, own: _Leak, motion: Motion, friction: Scalar, step: Scalar) -> _Leak:
         half = self.leak * step / 2
