@@ -1,4 +1,4 @@
-"""A record of a blind run as tables in Markdown: its figures by tier, and how often each effect was named.
+"""A record of a blind run as tables in Markdown: its figures by tier, by effect and by rig.
 
 python -m scripts.blind_table data/blind/strong-84/score.json
 """
@@ -13,24 +13,28 @@ import click
 
 from fitting.blind_score.rows import (
     EFFECT_COLUMNS,
+    RIG_COLUMNS,
     answer_columns,
     answer_rows,
     effect_rows,
     further_columns,
     further_rows,
+    rig_rows,
 )
 
 
 @click.command()
 @click.argument("score", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 def main(score: Path) -> None:
-    """Print the figures of a score.json and its effects."""
+    """Print the figures of a score.json, its effects and its rigs."""
     found = json.loads(score.read_text(encoding="utf-8"))
-    click.echo(table(answer_columns(found), answer_rows(found)))
-    click.echo()
-    click.echo(table(further_columns(found), further_rows(found)))
-    click.echo()
-    click.echo(table(EFFECT_COLUMNS, effect_rows(found)))
+    tables = (
+        (answer_columns(found), answer_rows(found)),
+        (further_columns(found), further_rows(found)),
+        (EFFECT_COLUMNS, effect_rows(found)),
+        (RIG_COLUMNS, rig_rows(found)),
+    )
+    click.echo("\n\n".join(table(columns, rows) for columns, rows in tables if rows))
 
 
 def table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

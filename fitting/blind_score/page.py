@@ -17,6 +17,7 @@ from fitting.blind_score.rows import (
     EFFECT_COLUMNS,
     MISTAKE_COLUMNS,
     RELIABILITY_COLUMNS,
+    RIG_COLUMNS,
     answer_columns,
     answer_rows,
     confusion_rows,
@@ -26,6 +27,7 @@ from fitting.blind_score.rows import (
     further_rows,
     mistake_rows,
     reliability_rows,
+    rig_rows,
     sentence,
 )
 from fitting.report.words import tied
@@ -45,6 +47,7 @@ def score_page(score: Mapping[str, Any]) -> str:
             reliability_rows(score),
         ),
         ("effects", "Effects that acted alone", EFFECT_COLUMNS, effect_rows(score)),
+        ("rigs", "Right verdicts by rig", RIG_COLUMNS, rig_rows(score)),
         ("constants", "Constants, tier A", CONSTANT_COLUMNS, constant_rows(score)),
         ("taken-for", "What was taken for what", CONFUSION_COLUMNS, confusion_rows(score)),
         ("mistakes", "Verdicts that were wrong", MISTAKE_COLUMNS, mistake_rows(score)),

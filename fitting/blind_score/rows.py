@@ -103,6 +103,17 @@ def effect_rows(score: Mapping[str, Any]) -> list[Row]:
     ]
 
 
+RIG_COLUMNS = ("rig", "right where it is so", "right elsewhere", "p of the difference")
+
+
+def rig_rows(score: Mapping[str, Any]) -> list[Row]:
+    """How often verdicts are right by what a rig is like; records of early scores do not have it."""
+    return [
+        (trait, _counted(one["with"]), _counted(one["without"]), number(one["p"]))
+        for trait, one in score.get("rigs", {}).items()
+    ]
+
+
 CONSTANT_COLUMNS = (
     "constant",
     "in the interval",
@@ -210,6 +221,10 @@ def figure(found: Mapping[str, Any] | None, shown: Any = percent) -> str:
         return "-"
     low, high = (shown(found[end]).removesuffix(" %") for end in ("low", "high"))
     return f"{shown(found['value'])} ({low} to {high})"
+
+
+def _counted(found: Mapping[str, Any]) -> str:
+    return f"{found['hits']} of {found['n']}, {figure(found)}"
 
 
 def _ece(found: Mapping[str, Any]) -> str:

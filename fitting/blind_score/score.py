@@ -12,6 +12,7 @@ from fitting.blind.seal import open_seal
 from fitting.blind_run.chosen import chosen
 from fitting.blind_run.results import Results
 from fitting.blind_score.baselines import by_bic, by_signature, chance
+from fitting.blind_score.by_rig import by_rig
 from fitting.blind_score.figures import answers, figures
 from fitting.blind_score.intervals import mean, share
 from fitting.blind_score.judged import MISSING, PAIR, SINGLE, Judged
@@ -79,7 +80,8 @@ def score(folder: Path, results: Path, key: str, numbers: Sequence[int] | None =
 def scored(
     cases: Sequence[Judged], missing: Mapping[str, str], manifest: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """The score of judged cases: figures over all and by tier, baselines, confusion, effects, mistakes."""
+    """The score of judged cases: figures over all and by tier, baselines, confusion, effects, rigs,
+    mistakes."""
     tiers = sorted({case.tier for case in cases})
     possible = max((len(case.probabilities) for case in cases), default=0) or len(FAMILIES) + 2
     bic, signature = [by_bic(case) for case in cases], [by_signature(case) for case in cases]
@@ -107,6 +109,7 @@ def scored(
         },
         "confusion": confusion(cases),
         "effects": by_effect(cases),
+        "rigs": by_rig(cases),
         "mistakes": [_mistake(case, missing) for case in cases if not case.right()],
         "seconds": mean(
             [case.result["seconds"] for case in cases if case.result and "seconds" in case.result]

@@ -10,6 +10,7 @@ from fitting.blind_score.rows import (
     CONSTANT_COLUMNS,
     EFFECT_COLUMNS,
     RELIABILITY_COLUMNS,
+    RIG_COLUMNS,
     answer_columns,
     answer_rows,
     confusion_rows,
@@ -18,6 +19,7 @@ from fitting.blind_score.rows import (
     further_columns,
     further_rows,
     reliability_rows,
+    rig_rows,
     sentence,
 )
 from jaxstick.terminal import Terminal
@@ -30,6 +32,7 @@ def show_score(score: Mapping[str, Any], terminal: Terminal) -> None:
         ("Calibration, intervals, closure", further_columns(score), further_rows(score)),
         ("Reliability of the likeliest answer", RELIABILITY_COLUMNS, reliability_rows(score)),
         ("Effects that acted alone", EFFECT_COLUMNS, effect_rows(score)),
+        ("Right verdicts by rig", RIG_COLUMNS, rig_rows(score)),
         ("Constants, tier A", CONSTANT_COLUMNS, constant_rows(score)),
         ("What was taken for what", CONFUSION_COLUMNS, confusion_rows(score)),
     ):

@@ -19,6 +19,13 @@ from jaxstick.output import to_json
 CALLS = "calls.txt"
 """Where the stand-in for a diagnosis notes its cases, beside the set."""
 
+RECIPE = {
+    "physics": {"against_base": 0.0, "stiffness": 4e3, "drive_stiffness": 4e3, "drive_damping": 0.0},
+    "base": None,
+    "stated": {"noise": {}, "frequency": True},
+}
+"""What the scoring reads of a recipe."""
+
 ANSWERS = ("none", "unlisted", *FAMILIES)
 CONSTANTS = {"A": 1.0, "B": 100.0, "C": 6.0, "D": 0.5, "k1": 1e5}
 
@@ -59,6 +66,7 @@ def answer(
         },
         "gap_ratio": gap if keys else 0.0,
         "constants": CONSTANTS,
+        "recipe": RECIPE,
     }
 
 

@@ -12,8 +12,10 @@ import pytest
 from scipy.stats import binom
 
 from fitting.blind.seal import SEALED, new_key, read_manifest
+from fitting.blind.statement import with_statement
 from fitting.blind_run.results import Results, default_results
 from fitting.blind_score.baselines import by_bic, by_signature
+from fitting.blind_score.by_rig import TRAITS, by_rig
 from fitting.blind_score.calibration import calibration
 from fitting.blind_score.coverage import coverage, holds
 from fitting.blind_score.figures import answers, closure
@@ -29,11 +31,13 @@ from fitting.blind_score.rows import (
     figure,
     further_rows,
     percent,
+    rig_rows,
     sentence,
 )
 from fitting.blind_score.score import scored
 from fitting.cli import jaxstick as command
 from tests.fitting.blind import stub
+from tests.fitting.blind.small import tiny_rig
 from tests.fitting.diagnosis.markup import Page
 
 SPRING, PUSH, LAG = "cubic_stiffness", "constant_force", "frictional_memory"
@@ -480,6 +484,35 @@ def test_what_cannot_be_opened_is_one_sentence(sealed, capsys, tmp_path):
     record.write_bytes(whole)
     (folder / SEALED).write_bytes((folder / SEALED).read_bytes() + b"x")
     refused("--key", key, expected="the sealed answers were changed")
+
+
+def test_verdicts_are_parted_by_what_a_rig_is_like():
+    def case(on_base: bool, right: bool) -> Judged:
+        made = single(SPRING, "effect", SPRING if right else PUSH)
+        physics = {**stub.RECIPE["physics"], "against_base": float(on_base)}
+        recipe = {**stub.RECIPE, "physics": physics}
+        return dataclasses.replace(made, answer={**made.answer, "recipe": recipe})
+
+    cases = [case(*one) for one in [(True, False)] * 3 + [(True, True)] + [(False, True)] * 4]
+    found = by_rig(cases)
+    assert list(found) == ["the base carries the guide"], "every case is alike in all else"
+    one = found["the base carries the guide"]
+    assert (one["with"]["hits"], one["with"]["n"]) == (1, 4)
+    assert (one["without"]["hits"], one["without"]["n"]) == (4, 4)
+    assert one["p"] == pytest.approx(2 * 4 / 56), "of 56 ways to place three misses 4 lie on each end"
+    rows = rig_rows({"rigs": found})
+    assert rows[0][:3] == (
+        "the base carries the guide", "1 of 4, 25 % (0.6 to 81)", "4 of 4, 100 % (40 to 100)",
+    )  # fmt: skip
+    assert rig_rows({}) == [], "as records of early scores"
+
+
+def test_every_trait_of_a_rig_is_found_in_the_recipes_of_cases():
+    rigs = [tiny_rig(number, tier)[0] for number in range(1, 13) for tier in "AC"]
+    random = np.random.default_rng(1)
+    plans = [with_statement(rig, random).plain() for rig in rigs]
+    for trait, so in TRAITS.items():
+        assert len({so(plan) for plan in plans}) == 2, trait
 
 
 def test_a_diagnosis_of_other_data_counts_as_none(sealed, capsys):
