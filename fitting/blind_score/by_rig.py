@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from scipy.stats import fisher_exact
 
 from fitting.blind_score.intervals import share
@@ -40,6 +41,6 @@ def by_rig(cases: Sequence[Judged]) -> dict[str, dict[str, Any]]:
             found[trait] = {
                 "with": share(groups[True]),
                 "without": share(groups[False]),
-                "p": float(fisher_exact(table)[1]),
+                "p": float(np.asarray(fisher_exact(table))[1]),
             }
     return found
