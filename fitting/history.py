@@ -45,10 +45,10 @@ class History:
 
     def before(self, sample: int) -> Before:
         """What is known of the time before a sample."""
-        signal = self.signal
+        signal, since = self.signal, self._since_slid(sample)
         return Before(
-            rest=signal.rest[sample],
-            slid=signal.slid[sample],
+            rest=signal.rest[since],
+            slid=signal.slid[since],
             impulse=signal.impulse[sample],
             impulse_sum=signal.impulse_sum[sample],
             recorded=signal.recorded[sample],
@@ -70,6 +70,16 @@ class History:
         if run.friction is None:
             return Trace(lags, np.zeros(POINTS))
         return Trace(lags, np.interp(self._within(run.time[sample] - lags), run.time, run.friction))
+
+    def _since_slid(self, sample: int) -> int:
+        """The sample, or where the mass has not slid yet in the run, the same one of the first cycle before
+        which it has: what rests at the beginning of a record has come to rest before it."""
+        if self.cycle is None or self.signal.slid[sample] != 0:
+            return sample
+        last = len(self.signal.slid) - 1
+        later = np.arange(sample, last, self.cycle / self.signal.run.interval).round().astype(int)
+        known = later[self.signal.slid[later] != 0]
+        return int(known[0]) if len(known) else sample
 
     def _within(self, times: np.ndarray) -> np.ndarray:
         """The times, those before the run moved on by whole cycles to where the motion was the same."""

@@ -123,7 +123,7 @@ def read_signals(run: Run, noise: Noise) -> Signals:
         base_noise,
         velocity_deviation,
         friction_deviation,
-        (np.arange(len(velocity)) - np.maximum(last, 0)) * dt,
+        _held(slide_rate, last) * dt,
         impulse,
         cumulative_trapezoid(impulse, dx=dt, initial=0.0),
         np.where(last < 0, 0.0, np.sign(slide_rate[last])),
@@ -141,6 +141,18 @@ def _last_sliding(slide_rate: Samples, friction: Samples, still: float) -> np.nd
     sliding = np.median(np.abs(friction[fast]))
     resisted = (slide_rate * friction < 0) & (np.abs(friction) > ALL_BUT * sliding)
     return np.maximum.accumulate(np.where(moving & (fast | resisted), np.arange(len(speed)), -1))
+
+
+def _held(slide_rate: Samples, last: np.ndarray) -> Samples:
+    """For how many samples the contact has held, since the mass came to rest from where it `last` slid, or
+    since the first sample: a mass that slows down slides until its velocity passes through zero."""
+    at = np.arange(len(slide_rate))
+    turns = np.append(slide_rate[1:] * slide_rate[:-1] <= 0, True)
+    turn = np.minimum.accumulate(np.where(turns, at, len(at) - 1)[::-1])[::-1]
+    following = np.minimum(turn + 1, len(at) - 1)
+    change = slide_rate[turn] - slide_rate[following]
+    arrest = turn + np.divide(slide_rate[turn], change, out=np.zeros(len(at)), where=change != 0)
+    return np.maximum(at - np.where(last < 0, 0.0, arrest[last.clip(0)]), 0.0)
 
 
 def base_motion(run: Run, time: Samples) -> tuple[Samples, Samples]:

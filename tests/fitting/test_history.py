@@ -60,6 +60,22 @@ def test_a_motion_that_does_not_repeat_itself_began_at_rest(cycles: float, frequ
     assert lags[-1] == pytest.approx(CYCLES * (PERIOD if frequency is None else 1 / FREQUENCY))
 
 
+@pytest.mark.parametrize("repeats", [True, False])
+def test_a_record_that_begins_at_rest_came_to_rest_as_it_does_later(repeats: bool):
+    """Of a motion that has no cycle nobody knows."""
+    time = INTERVAL * np.arange(1500, dtype=float)
+    turning = 2 * np.pi * FREQUENCY * time - 0.3
+    flat = np.arcsin(np.clip(1.6 * np.sin(turning + np.pi / 2), -1, 1))
+    history = moved(0.01 * flat, FREQUENCY if repeats else None)
+    cycle = round(1 / FREQUENCY / INTERVAL)
+    first, later = history.before(20), history.before(20 + cycle)
+    assert history.signal.slid[20] == 0 and later.slid == 1 and 0.05 < later.rest < 0.3
+    assert first.slid == (later.slid if repeats else 0)
+    assert first.rest == pytest.approx(later.rest if repeats else 20 * INTERVAL, abs=INTERVAL)
+    moving = history.before(300)
+    assert (moving.rest, moving.slid) == (history.signal.rest[300], history.signal.slid[300])
+
+
 def test_the_force_channel_is_looked_back_upon_sample_by_sample_at_first():
     time = INTERVAL * np.arange(1500, dtype=float)
     run = moved(wave(time)).signal.run
