@@ -11,16 +11,10 @@ from pathlib import Path
 
 import click
 
-from fitting.blind_score.rows import (
-    EFFECT_COLUMNS,
-    RIG_COLUMNS,
-    answer_columns,
-    answer_rows,
-    effect_rows,
-    further_columns,
-    further_rows,
-    rig_rows,
-)
+from fitting.blind_score.tables import tables
+
+SHOWN = ("answers", "further", "effects", "rigs")
+"""The tables that are printed, by their keys."""
 
 
 @click.command()
@@ -28,13 +22,7 @@ from fitting.blind_score.rows import (
 def main(score: Path) -> None:
     """Print the figures of a score.json, its effects and its rigs."""
     found = json.loads(score.read_text(encoding="utf-8"))
-    tables = (
-        (answer_columns(found), answer_rows(found)),
-        (further_columns(found), further_rows(found)),
-        (EFFECT_COLUMNS, effect_rows(found)),
-        (RIG_COLUMNS, rig_rows(found)),
-    )
-    click.echo("\n\n".join(table(columns, rows) for columns, rows in tables if rows))
+    click.echo("\n\n".join(table(each.columns, each.rows) for each in tables(found) if each.key in SHOWN))
 
 
 def table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
