@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import math
 
 from fitting.diagnosis.findings import Closure
@@ -23,7 +22,7 @@ from fitting.diagnosis.how_far.shrink import (
     worsens,
 )
 from fitting.diagnosis.judging.enough import passes_for_noise
-from fitting.diagnosis.judging.judgement import Judgement, reserve
+from fitting.diagnosis.judging.judgement import Judgement
 from fitting.diagnosis.judging.reconsidered import refuted, succeeded, weighed_again
 from fitting.diagnosis.judging.verdict import NONE, UNLISTED
 from fitting.diagnosis.lanes.bench import Bench
@@ -186,30 +185,19 @@ def _named(found: Attribution) -> Explanation | None:
 
 
 def _rival(found: Attribution, named: Explanation) -> Explanation | None:
-    """The likeliest of the other explanations that are credited with steadier friction and told from what is
-    named by little else: they share an effect with it, or would be as likely if neither were credited."""
-    judged, kept = found.judgement, reserve(found.judgement.explanations)
-    of_class = {*named.keys, *itertools.chain.from_iterable(judged.same)}
-
-    def without_credit(e: Explanation) -> float:
-        name = "+".join(e.keys)
-        likely = max(judged.explanations[name] - kept[name], 0.0)
-        return likely * math.exp(-judged.steadier.get(e.keys, 0.0))
-
-    least = without_credit(named)
-    others = [e for e in found.explanations if judged.steadier.get(e.keys, 0.0) > 0 and e.keys != named.keys]
-    rivals = [
-        e
-        for e in others
-        if {*e.keys} & {*named.keys} or (without_credit(e) >= least and not {*e.keys} <= of_class)
-    ]
-    return max(rivals, key=lambda e: judged.explanations["+".join(e.keys)], default=None)
+    """The likeliest of the other explanations that share an effect with what is named, and are credited with
+    steadier friction: none is told from it by anything else as little as these are."""
+    judged = found.judgement
+    others = [e for e in found.explanations if {*e.keys} & {*named.keys} and e.keys != named.keys]
+    others = [e for e in others if judged.steadier.get(e.keys, 0.0) > 0]
+    return max(others, key=lambda e: judged.explanations["+".join(e.keys)], default=None)
 
 
 def confirmed(
     found: Attribution, named: Explanation, shrunk: Closure, rival: Explanation | None = None
 ) -> Judgement:
-    """The judgement once runs that took no part have spoken for or against what is named, and its rival.
+    """The judgement once runs that took no part have spoken for or against what is named, and a rival that
+    shares an effect with it.
 
     An effect that is named since it makes friction steadier, where there is no gap, explains what runs show
     that took no part, too, if it explains anything; but what closes a gap there need not make friction
