@@ -12,8 +12,9 @@ from jaxstick.terminal import Terminal
 
 def show_score(score: Mapping[str, Any], terminal: Terminal) -> None:
     """Prints the tables of a score but for the wrong verdicts, and what is missing."""
-    for table in tables(score, without=("mistakes",)):
-        terminal.table(table.title, table.columns, table.rows)
+    for table in tables(score):
+        if table.key != "mistakes":
+            terminal.table(table.title, table.columns, table.rows)
     if score["missing"]:
         terminal.say(f"{len(score['missing'])} cases have no diagnosis and count as wrong:", "bold")
         terminal.bullets(f"{case}: {reason}" for case, reason in score["missing"].items())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from fitting.blind_score.rows import (
@@ -35,8 +35,8 @@ class Table(NamedTuple):
     rows: list[Row]
 
 
-def tables(score: Mapping[str, Any], without: Collection[str] = ()) -> list[Table]:
-    """The tables of a score that hold anything, in order, without those of some keys."""
+def tables(score: Mapping[str, Any]) -> list[Table]:
+    """The tables of a score that hold anything, in order."""
     every = (
         Table("answers", "Answers, with 95 % intervals", answer_columns(score), answer_rows(score)),
         Table("further", "Calibration, intervals, closure", further_columns(score), further_rows(score)),
@@ -52,4 +52,4 @@ def tables(score: Mapping[str, Any], without: Collection[str] = ()) -> list[Tabl
         Table("taken-for", "What was taken for what", CONFUSION_COLUMNS, confusion_rows(score)),
         Table("mistakes", "Verdicts that were wrong", MISTAKE_COLUMNS, mistake_rows(score)),
     )
-    return [table for table in every if table.rows and table.key not in without]
+    return [table for table in every if table.rows]
