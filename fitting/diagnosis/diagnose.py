@@ -7,6 +7,7 @@ import time
 from collections.abc import Sequence
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from fitting.account import joined
 from fitting.correction import correction_of
@@ -54,9 +55,14 @@ def diagnose(
 
     Raises UserError for records or settings that do not allow a diagnosis, before anything long is computed.
     """
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _diagnosed(dataset, settings or DiagnosisSettings(), progress or Silent())
+
+
+def _diagnosed(dataset: DataSet, settings: DiagnosisSettings, progress: Progress) -> Diagnosis:
+    """The diagnosis, whose own threads share the cores lane by lane and fit by fit: BLAS, whose threads would
+    wait on one another within every small matrix, has one."""
     begun = time.perf_counter()
-    settings = settings or DiagnosisSettings()
-    progress = progress or Silent()
     held_out = settings.held_out(dataset)
     every = dataclasses.replace(
         dataset, runs=tuple(dataclasses.replace(run, hold_out=False) for run in dataset.runs)

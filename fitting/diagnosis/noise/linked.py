@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.linalg import expm, solve_triangular
+from scipy.linalg import expm, get_lapack_funcs
 
 from fitting.diagnosis.lanes.bench import Bench, Point
 from fitting.diagnosis.lanes.model import Model
@@ -36,23 +36,37 @@ def whitener(
         return None
     exact = np.where(counts, weights / np.where(counts, root, 1.0), 0.0)
     out = np.empty((count, 2 * samples, 2 * samples))
-    for lane, (moves, alike) in enumerate(_per_lane(model, bench, point, period)):
-        felt = np.concatenate([exact[lane, :, 0, None] * moves, np.diag(exact[lane, :, 1])]) * scatter[lane]
-        free = _freed(felt @ alike @ felt.T + np.eye(2 * samples))
+    known = list(_per_lane(model, bench, point, period))
+
+    def fill(lane: int) -> None:
+        free = _freed(exact[lane].T, scatter[lane], *known[lane])
         kept = root[lane].T.ravel()
         plain = np.divide(1.0, kept, out=np.zeros_like(kept), where=kept > 0)
         out[lane] = kept[:, None] * free * plain
+
+    model.side_by_side(fill, range(count))
     return out
 
 
-def _freed(covariance: np.ndarray) -> np.ndarray:
+def _freed(exact: np.ndarray, scatter: np.ndarray, moves: np.ndarray, alike: np.ndarray) -> np.ndarray:
     """The matrix that frees displacement, the first half of the rows, of what friction, the second half, says
-    of it, and both of what they remember; what it makes of that covariance is one."""
-    rows = len(covariance)
-    order = np.roll(np.arange(rows), rows // 2)
-    root = np.linalg.cholesky(covariance[np.ix_(order, order)])
-    back = np.argsort(order)
-    return solve_triangular(root, np.eye(rows), lower=True)[np.ix_(back, back)]
+    of it, and both of what they remember; what it makes of noise and scatter together is one.
+
+    It is the inverse of the lower Cholesky factor of their covariance with friction first. `exact` (2,
+    samples): one over the noise of displacement and friction.
+    """
+    samples = len(scatter)
+    x, f = exact[:, :, None]
+    force = scatter[:, None] * alike * scatter
+    moved = moves @ force
+    covariance = np.eye(2 * samples)
+    covariance[:samples, :samples] += f * force * f.T
+    covariance[samples:, :samples] = x * moved * f.T
+    covariance[samples:, samples:] += x * (moved @ moves.T) * x.T
+    root = np.linalg.cholesky(covariance)
+    (inverted,) = get_lapack_funcs(("trtri",), (root,))
+    inverse, _ = inverted(root, lower=1)
+    return np.roll(inverse, samples, axis=(0, 1))
 
 
 def _per_lane(

@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
+from fitting.diagnosis import diagnose as whole
 from fitting.diagnosis.accounts import Account
 from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.findings import Closure, Diagnosis, Yardstick
@@ -230,3 +232,16 @@ def test_holding_out_what_is_not_there_or_everything_is_refused():
     )
     with pytest.raises(UserError, match="held out no run is left to fit"):
         diagnose(every)
+
+
+def test_blas_keeps_to_one_thread_while_a_diagnosis_shares_the_cores_itself(plain, monkeypatch):
+    def threads(*_: object) -> Any:
+        seen.append({pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"})
+        return plain
+
+    seen: list[set[int]] = []
+    monkeypatch.setattr(whole, "_diagnosed", threads)
+    with threadpool_limits(limits=2, user_api="blas"):
+        diagnose(records(0.0, 3))
+        threads()
+    assert seen == [{1}, {2}]
