@@ -17,8 +17,9 @@ demo: $(READY)
 	@$(BIN)/jaxstick fit data/rig1987 --out $(DEMO) --overwrite
 	@$(BIN)/jaxstick diagnose data/leaf_springs --out $(DEMO_DIAGNOSIS) --overwrite
 
+# One test process a core: BLAS has one thread in each.
 test: lint
-	@$(BIN)/python -m pytest -q -n auto --dist loadfile --no-loadscope-reorder --durations 12
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n auto --dist loadfile --no-loadscope-reorder --durations 12
 
 lint: $(READY)
 	@$(BIN)/ruff check --quiet --output-format concise .
