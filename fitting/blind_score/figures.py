@@ -15,7 +15,7 @@ STRONG = 3.0
 """The gap over the noise from which on an effect is called strong."""
 
 MARGIN = 0.2
-"""By so much a named effect should close more of the gap than the best one that was not named."""
+"""By so much a named effect should close more of the gap than the best that the records tell from it."""
 
 
 def figures(cases: Sequence[Judged]) -> dict[str, Any]:
@@ -65,8 +65,8 @@ def closure(cases: Sequence[Judged]) -> dict[str, Any]:
     """How much of the reducible gap closes where nothing was fitted, for strong effects that were named.
 
     `placebo`: what an effect of no meaning closes; `margin`: the share of cases in which the named effect
-    closes at least 0.2 more than the best one that was not named; `covered`: the share of intervals that hold
-    all of the gap, in the tier whose effects are those of the catalogue, which close it.
+    closes at least 0.2 more than the best that the records tell from it; `covered`: the share of intervals
+    that hold all of the gap, in the tier whose effects are those of the catalogue, which close it.
     """
     named = [(case.tier, case.result["gap"]) for case in cases if case.right() and case.result is not None]
     gaps = [gap for _, gap in named]

@@ -284,7 +284,7 @@ FURTHER = {
     ),
     "placebo": Further("placebo closes, median", "0 ± 5 %", lambda tier: tier["closure"]["placebo"], figure),
     "margin": Further(
-        "at least 0.2 beyond the best wrong effect", "≥ 85 %", lambda tier: tier["closure"]["margin"], figure
+        "at least 0.2 beyond the best wrong class", "≥ 85 %", lambda tier: tier["closure"]["margin"], figure
     ),
     "named_beyond_predicted": Further(
         "named beyond 1.5 predicted limits",

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from fitting.diagnosis.findings import Candidate, Likeness, Parameter
 from fitting.diagnosis.how_far.shrink import share_closed
 from fitting.diagnosis.lanes.bench import Bench
 from fitting.diagnosis.lanes.model import Model
 from fitting.diagnosis.which.attribute import Attribution
 from fitting.diagnosis.which.detection import detection_limit
+from fitting.diagnosis.which.explanation import separation
 
 ALIKE = 8
 """How many of the best explanations are compared with one another."""
@@ -55,14 +54,12 @@ def likeness(found: Attribution, bench: Bench) -> tuple[Likeness, ...]:
     out = []
     for number, one in enumerate(singles):
         for other in singles[number + 1 :]:
-            difference = other.refit.cost - one.refit.cost
-            spread = float(np.std(difference)) * math.sqrt(len(difference))
             out.append(
                 Likeness(
                     one.keys[0],
                     other.keys[0],
                     float(found.screen.cosine[place[one.keys[0]], place[other.keys[0]]]),
-                    float(difference.sum()) / max(spread, 1e-300),
+                    separation(one, other),
                 )
             )
     return tuple(out)

@@ -35,7 +35,7 @@ from fitting.diagnosis.unlisted.bursts import bursts
 from fitting.diagnosis.unlisted.unrest import unrest
 from fitting.diagnosis.which.attribute import Attribution, attribute
 from fitting.diagnosis.which.contacts import Chosen
-from fitting.diagnosis.which.explanation import Explanation
+from fitting.diagnosis.which.explanation import Explanation, told_apart
 from fitting.diagnosis.which.other_contact import beside_a_pair, in_place_of_one_of_two
 from fitting.diagnosis.words import few_there, only_there, refutation
 from fitting.progress import Progress
@@ -269,15 +269,18 @@ def _fits(
     found: Attribution, named: Explanation | None, rival: Explanation | None = None
 ) -> dict[str, Refit]:
     """The fits whose gaps are compared on what was held out: those of the nominal model, of what is named and
-    of its rival, and, of what shares no effect with that and has no more, the best and the worst."""
+    of its rival, and, of what shares no effect with that and has no more, the best that the records tell from
+    it, and the worst."""
     if named is None:
         return {"nominal": found.nominal, "named": found.nominal}
     fits = {"nominal": found.nominal, "named": named.refit}
     if rival is not None:
         fits["rival"] = rival.refit
     mentioned, most = set(found.judgement.named), len(named.keys)
-    wrong = [e for e in found.explanations if not mentioned & set(e.keys) and len(e.keys) <= most]
-    if wrong:
-        fits["wrong"] = wrong[0].refit
-        fits["placebo"] = wrong[-1].refit
+    others = [e for e in found.explanations if not mentioned & set(e.keys) and len(e.keys) <= most]
+    wrong = next((e for e in others if told_apart(named, e)), None)
+    if wrong is not None:
+        fits["wrong"] = wrong.refit
+    if others:
+        fits["placebo"] = others[-1].refit
     return fits

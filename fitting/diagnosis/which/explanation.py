@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
+
+import numpy as np
 
 from fitting.diagnosis.lanes.bench import Bench
 from fitting.diagnosis.lanes.model import Model
 from fitting.diagnosis.refits.refit import Refit, refit
 from fitting.diagnosis.which.screen import Promise
+
+TOLD_APART = 3.3
+"""Explanations are of different classes from this d' of signal detection theory on: where either is as
+likely, Phi(-d'/2) = 5 % of the cases are taken for the other."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -32,6 +39,20 @@ def best_of(explanations: Sequence[Explanation]) -> list[Explanation]:
         if rival is None or one.refit.misfit < rival.refit.misfit:
             best[frozenset(one.keys)] = one
     return sorted(best.values(), key=lambda one: one.refit.misfit)
+
+
+def separation(one: Explanation, other: Explanation) -> float:
+    """By how much the other costs more than the one, in standard deviations of that sum over segments."""
+    difference = other.refit.cost - one.refit.cost
+    spread = float(np.std(difference)) * math.sqrt(len(difference))
+    return float(difference.sum()) / max(spread, 1e-300)
+
+
+def told_apart(one: Explanation, other: Explanation) -> bool:
+    """Whether the records tell the two apart: sums of squares in units of noise differ by d'^2 on average,
+    with a standard deviation of 2 d', or what it is over segments."""
+    difference = abs(float((other.refit.cost - one.refit.cost).sum()))
+    return difference > TOLD_APART**2 and abs(separation(one, other)) > TOLD_APART / 2
 
 
 def fitted_again(model: Model, bench: Bench, explanations: Sequence[Explanation]) -> list[Explanation]:

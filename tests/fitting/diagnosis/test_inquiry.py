@@ -185,8 +185,9 @@ def test_what_no_effect_does_is_looked_for_where_nothing_is_named(
     assert anomalies == seen
 
 
-def test_what_is_named_is_compared_with_what_has_no_more_effects_and_none_of_its_own():
+def test_what_is_named_is_compared_with_what_has_no_more_effects_and_none_of_its_own(monkeypatch):
     """Two effects that mimic one together are nothing to compare that one with."""
+    monkeypatch.setattr(inquiries, "told_apart", lambda *_: True)
     explained = [
         SimpleNamespace(keys=keys, refit="+".join(keys))
         for keys in (("a",), ("a", "c"), ("c", "d"), ("b", "c"), ("c",), ("d",), ("b",))
@@ -205,10 +206,27 @@ def test_what_is_named_is_compared_with_what_has_no_more_effects_and_none_of_its
     assert _fits(found, None) == {"nominal": "none", "named": "none"}
 
 
+@pytest.mark.parametrize(("apart", "wrong"), [("bcd", "b"), ("cd", "c"), ("d", "d"), ("", None)])
+def test_what_is_named_is_compared_with_the_best_that_the_records_tell_from_it(monkeypatch, apart, wrong):
+    """What holds the right effect within it leaves as little, and is of its class: the worst is no placebo
+    the less."""
+    one, *_ = explained = [SimpleNamespace(keys=(key,), refit=key) for key in "abcd"]
+    judgement = SimpleNamespace(named=("a",), steadier={})
+    found: Any = SimpleNamespace(nominal="none", explanations=explained, judgement=judgement)
+    named: Any = one
+    monkeypatch.setattr(inquiries, "told_apart", lambda first, other: first is one and other.refit in apart)
+    fits = _fits(found, named)
+    assert fits.get("wrong") == wrong
+    assert fits["placebo"] == "d"
+
+
 @pytest.mark.parametrize(
     ("named", "rival"), [(("a",), ("a", "c")), (("a", "c"), ("a",)), (("b",), None), (("b", "d"), ("d",))]
 )
-def test_a_rival_shares_an_effect_with_what_is_named_and_is_credited_with_steadier_friction(named, rival):
+def test_a_rival_shares_an_effect_with_what_is_named_and_is_credited_with_steadier_friction(
+    monkeypatch, named, rival
+):
+    monkeypatch.setattr(inquiries, "told_apart", lambda *_: True)
     likely = {"a": 0.3, "a+c": 0.2, "a+b": 0.25, "d": 0.05, "b": 0.1, "b+d": 0.1}
     explained = [SimpleNamespace(keys=tuple(name.split("+")), refit=name) for name in likely]
     steadier = {("a",): 2.0, ("a", "c"): 3.0, ("a", "b"): 0.0, ("d",): 1.0}
