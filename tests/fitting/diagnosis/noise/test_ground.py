@@ -54,3 +54,25 @@ def test_without_a_force_channel_short_segments_do_not_decide_where_to_go_on(mon
     assert not found.bench.wanders and len(sifted) == 3
     stiffness = model.values(found.point.coordinates, ["k1"])["k1"]
     assert found.bench.lanes.substeps >= steps(problem, UNITS, stiffness / 2, Settings())
+
+
+@pytest.mark.parametrize("far", [True, False])
+def test_where_much_is_left_short_segments_do_not_decide_either(monkeypatch, far):
+    """A strong effect that the model lacks may lead the search astray; here the search itself is poor."""
+    sifted, sift, much = [], grounds._also_on_longer, grounds.ASTRAY
+
+    def poor(model, *_):
+        astray = np.clip(model.origin({**TRUTH, "k1": 0.05 * TRUTH["k1"]}), model.lower, model.upper)
+        return [astray[model.index(*model.constants)]]
+
+    def counted(model, bench, points):
+        sifted.append(len(points))
+        return sift(model, bench, points)
+
+    monkeypatch.setattr(grounds, "sought", poor)
+    monkeypatch.setattr(grounds, "_also_on_longer", counted)
+    monkeypatch.setattr(grounds, "ASTRAY", much if far else np.inf)
+    _, model, found = grounded_on(noisy_runs({0.9: {}, 2.1: {}}, 3))
+    (fit,) = refit(model, found.bench, [found.point], [model.index(*model.constants)], wander=False)
+    assert found.bench.wanders and sifted == ([len(found.begins)] if far else [])
+    assert fit.misfit < 1.2 if far else fit.misfit > much
