@@ -30,10 +30,11 @@ SEARCH, FINALISTS, REFINED = 25, 3, 15
 WHOLE, SIFTED = 24, 8
 """Where no friction force was recorded, or the nominal model leaves much, points compete on so many whole
 segments, spread evenly, for so many steps."""
-ASTRAY = 25.0
+ASTRAY, NOTABLY = 25.0, 0.9
 """Where the nominal model leaves more than so much, what it lacks may have led the search on the shortest
-segments astray, so that all points compete on whole ones, too: a track whose waves leave 25 times the noise
-had led it to a tenth of the stiffness of the contact, and twice the misfit that it leaves at the true one."""
+segments astray, so that all points compete on whole ones, too, if what they find leaves less by this factor:
+a track whose waves leave 25 times the noise had led it to a tenth of the stiffness of the contact, and twice
+the misfit that it leaves at the true one."""
 HOPELESS = 3.0
 """A search that is not on its way to less than so many times the lowest cost is given up."""
 STIFFER = (1.0, 20.0)
@@ -87,7 +88,8 @@ def ground(
         if laid.wanders and fits[0].misfit > ASTRAY:
             others = _also_on_longer(model, laid, list(begins))
             again = _refined(problem, model, laid, others, settings, Silent())
-            bench, fits = min((bench, fits), again, key=lambda found: found[1][0].misfit)
+            if again[1][0].misfit < NOTABLY * fits[0].misfit:
+                bench, fits = again
     if not bench.wanders:
         fits = model.side_by_side(lambda fit: released(model, bench, fit), fits)
     fit = min(fits, key=lambda fit: fit.misfit)
