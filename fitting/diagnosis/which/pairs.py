@@ -99,14 +99,15 @@ def with_still_friction(
     with direction, place or time would else be taken for wandering, and refits that begin there stay there.
 
     Pairs are among them where friction wanders even under the leader, the best explanation so far, which may
-    then owe to its wandering what a second effect does.
+    then owe to its wandering what a second effect does. Where the leader is two effects already, they are
+    sought beside the best that acts alone.
     """
     begins = [_kept_still(fit.point) for fit in (nominal, leader.refit)]
     still, alone = refit(model, bench, begins, [nominal.free, leader.refit.free], wander=False)
     promises = screen(model, bench, still, shapes=shapes).ranked[:FINALISTS]
     found = contest(model, bench, still, promises, FINALISTS, progress, wander=False)
     found = best_of([*found, leader.fitted(alone)])
-    best = found[0].refit
+    best = next(e.refit for e in found if len(e.keys) == 1)
     if wanders(leader.refit) and hints(still.misfit, best.misfit):
         seconds = screen(model, bench, best, shapes=shapes).ranked[:SECONDS]
         found += contest(model, bench, best, seconds, FINAL_PAIRS, progress, wander=False)
