@@ -83,13 +83,18 @@ def in_place_of_either(
     progress: Progress,
 ) -> list[Explanation]:
     """The pairs, the best first, with those in which another effect stands in the place of either of the best
-    two: an effect that leaves the same trace, or one of so many `others`."""
-    tried = [
-        other
-        for key in pairs[0].keys
-        for other in second_look(model, bench, pairs, key, others, shapes, progress)
-    ]
-    return freed(model, bench, best_of([*pairs, *tried]), LEADERS)
+    two: an effect that leaves the same trace, or one of so many `others`. Where one of the two has given way,
+    what leaves the same trace as the other is tried once more beside the new one."""
+
+    def instead_of(key: str, found: Sequence[Explanation], others: int) -> list[Explanation]:
+        return second_look(model, bench, found, key, others, shapes, progress)
+
+    first = pairs[0].keys
+    tried = [other for key in first for other in instead_of(key, pairs, others)]
+    found = freed(model, bench, best_of([*pairs, *tried]), LEADERS)
+    stayed = [key for key in first if key in found[0].keys]
+    again = instead_of(stayed[0], found, 0) if len(stayed) == 1 else []
+    return freed(model, bench, best_of([*found, *again]), LEADERS) if again else found
 
 
 def with_still_friction(

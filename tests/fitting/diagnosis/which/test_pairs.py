@@ -138,3 +138,30 @@ def test_what_has_one_sign_is_tried_outright_beside_the_best_where_two_do_not_su
     assert search.found[0].keys == ("first", "outright")
     search = sought(monkeypatch, left, {"first": {"second": 1.05}, "second": {"first": 1.05}}, 1.0)
     assert search.outright == []
+
+
+@pytest.mark.parametrize("given_way", [True, False])
+def test_what_stayed_is_looked_at_again_where_the_other_has_given_way(
+    monkeypatch: pytest.MonkeyPatch, given_way: bool
+):
+    """Beside friction that weakens with slip a wrong stiffness may explain more than the gain that acts, and
+    less beside the memory of friction that acts with it (a sealed case)."""
+    seen: list[tuple[tuple[str, ...], str, int]] = []
+    left = {("weakening", "stiffness"): 1.4, ("weakening", "gain"): 1.5, ("memory", "gain"): 1.0}
+    left |= {("memory", "stiffness"): 1.2 if given_way else 1.6}
+
+    def second_look(m: Any, b: Any, found: Any, key: str, others: int, *rest: Any) -> list[Any]:
+        first, second = found[0].keys
+        seen.append((found[0].keys, key, others))
+        keys = ("memory", second) if key == "weakening" else (first, "gain")
+        return [explained(left[keys], *keys)]
+
+    monkeypatch.setattr(pairs, "second_look", second_look)
+    monkeypatch.setattr(pairs, "freed", lambda m, b, e, n: sorted(e, key=lambda each: each.refit.misfit))
+    nothing: Any = None
+    begun = [explained(1.4, "weakening", "stiffness")]
+    found = pairs.in_place_of_either(nothing, nothing, begun, 3, nothing, Silent())
+    usual = [(("weakening", "stiffness"), "weakening", 3), (("weakening", "stiffness"), "stiffness", 3)]
+    again = [(("memory", "stiffness"), "stiffness", 0)]
+    assert seen == usual + (again if given_way else [])
+    assert found[0].keys == (("memory", "gain") if given_way else ("weakening", "stiffness"))

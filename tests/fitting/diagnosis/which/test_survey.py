@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import types
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -84,6 +85,30 @@ def test_what_is_known_from_the_same_lanes_is_not_lost(enlarged, monkeypatch):
     )
     assert lost.least == pytest.approx(nominal.misfit, rel=0.05) and not lost.suffices
     assert kept.least == pytest.approx(right.misfit, rel=0.05) and kept.suffices
+
+
+def test_a_pair_that_is_known_does_not_lose_the_best_single_effect(enlarged, monkeypatch):
+    """Of what leads as a pair the better of its effects leaves far more alone; it is known all the same, and
+    others are sought beside it."""
+    model, base = enlarged
+    nominal = nominal_on(model, base.bench, base.point)
+    right = released(model, base.bench, with_effect(model, base, nominal, MATE))
+    (promise,) = (p for p in screen(model, base.bench, nominal, shapes=[]).promises if p.key == MATE)
+    left = {(MATE, IDLE): 1.0, (KEY, IDLE): 1.6, (MATE,): 3.0, (KEY,): 4.0, (IDLE,): 5.0}
+    known = [Explanation(k, promise, dataclasses.replace(right, misfit=m)) for k, m in left.items()]
+    again: list[tuple[str, ...]] = []
+
+    def fitted_again(_model: Model, _bench: Bench, some: Sequence[Explanation]) -> list[Explanation]:
+        again.extend(e.keys for e in some)
+        return [*some]
+
+    stuck = Explanation((MATE,), promise, dataclasses.replace(nominal, free=right.free))
+    monkeypatch.setattr(surveying, "contest", lambda *_: [stuck])
+    monkeypatch.setattr(surveying, "second_look", lambda *_: [])
+    monkeypatch.setattr(surveying, "freed", lambda _model, _bench, explanations: [*explanations])
+    monkeypatch.setattr(surveying, "fitted_again", fitted_again)
+    survey(model, base.bench, nominal, base.begins, Silent(), known)
+    assert again == [(MATE, IDLE), (MATE,), (KEY,)]
 
 
 def tried_outright(enlarged, monkeypatch, share: float, bench: Bench, floor: float) -> set[str]:
