@@ -210,14 +210,14 @@ def _overlooked(model: Model, seen: Survey) -> list[Promise]:
 def _again(model: Model, bench: Bench, known: Sequence[Explanation]) -> list[Explanation]:
     """The best of what is known refitted on a bench, from where they stand: of two effects together, and of
     single ones, which all leave more and beside which other pairs are sought."""
+    pairs = _nearly_best([e for e in known if len(e.keys) > 1])
+    singles = _nearly_best([e for e in known if len(e.keys) == 1])
+    return fitted_again(model, bench, [*pairs, *singles]) if known else []
 
-    def best_of_them(some: list[Explanation]) -> list[Explanation]:
-        least = min((e.refit.misfit for e in some), default=0.0)
-        return [e for e in some if e.refit.misfit < ALIKE * least][:OVERLOOKED]
 
-    pairs, singles = ([e for e in known if (len(e.keys) > 1) == two] for two in (True, False))
-    best = [*best_of_them(pairs), *best_of_them(singles)]
-    return fitted_again(model, bench, best) if best else []
+def _nearly_best(found: Sequence[Explanation]) -> list[Explanation]:
+    least = min((e.refit.misfit for e in found), default=0.0)
+    return [e for e in found if e.refit.misfit < ALIKE * least][:OVERLOOKED]
 
 
 def aliases(model: Model, seen: Screen) -> dict[str, list[str]]:
