@@ -14,6 +14,9 @@ from fitting.blind_score.limits import limits
 STRONG = 3.0
 """The gap over the noise from which on an effect is called strong."""
 
+GAPING = 1.1
+"""Where held-out runs leave no more than so many times their floor there is nothing to close."""
+
 MARGIN = 0.2
 """By so much a named effect should close more of the gap than the best that the records tell from it."""
 
@@ -62,13 +65,15 @@ def answers(cases: Sequence[Judged]) -> dict[str, Any]:
 
 
 def closure(cases: Sequence[Judged]) -> dict[str, Any]:
-    """How much of the reducible gap closes where nothing was fitted, for strong effects that were named.
+    """How much of the reducible gap closes where nothing was fitted, for strong effects that were named, of
+    those in which there is something to close.
 
     `placebo`: what an effect of no meaning closes; `margin`: the share of cases in which the named effect
     closes at least 0.2 more than the best that the records tell from it; `covered`: the share of intervals
     that hold all of the gap, in the tier whose effects are those of the catalogue, which close it.
     """
     named = [(case.tier, case.result["gap"]) for case in cases if case.right() and case.result is not None]
+    named = [(tier, gap) for tier, gap in named if gap["before"] > GAPING * gap["floor"]]
     gaps = [gap for _, gap in named]
     closed = [gap["closed"] for gap in gaps if gap["closed"] is not None]
     placebo = [gap["placebo_closed"] for gap in gaps if gap.get("placebo_closed") is not None]

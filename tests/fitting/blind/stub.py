@@ -84,6 +84,8 @@ def content(
         "probabilities": {**likely, **spread},
         "where": {"excess": 9.0, "significance": 20.0},
         "gap": {
+            "before": 5.0,
+            "floor": 1.0,
             "closed": 0.99,
             "closed_interval": [0.97, 1.01],
             "placebo_closed": 0.01,

@@ -256,6 +256,8 @@ def test_constants_with_the_effect_and_without():
 
 def test_closure_of_named_effects_alone():
     gap = {
+        "before": 5.0,
+        "floor": 1.0,
         "closed": 0.5,
         "closed_interval": [0.4, 0.99],
         "placebo_closed": 0.02,
@@ -269,6 +271,20 @@ def test_closure_of_named_effects_alone():
     assert (found["margin"]["hits"], found["margin"]["n"]) == (2, 3)
     assert (found["covered"]["hits"], found["covered"]["n"]) == (2, 3)
     assert closure([dataclasses.replace(case, tier="B") for case in cases])["covered"]["n"] == 0
+
+
+def test_nothing_closes_where_held_out_runs_show_no_gap():
+    nothing = {
+        "before": 1.02,
+        "floor": 1.0,
+        "closed": 0.0,
+        "closed_interval": [0.0, 0.0],
+        "best_wrong_closed": 0.0,
+    }
+    told_otherwise = stub.judged(stub.answer("single", SPRING), stub.content("effect", SPRING, gap=nothing))
+    found = closure([single(SPRING, "effect", SPRING), told_otherwise])
+    assert found["median"]["n"] == found["covered"]["n"] == 1
+    assert (found["margin"]["hits"], found["margin"]["n"]) == (1, 1)
 
 
 def test_the_curve_finds_the_limit_it_was_drawn_from():

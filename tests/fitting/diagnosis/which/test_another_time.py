@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from fitting.diagnosis.lanes import model as of_the_model
 from fitting.diagnosis.noise.repeatability import floor_of
 from fitting.diagnosis.which import another_time
 from fitting.diagnosis.which.another_time import in_another_time
@@ -14,6 +15,7 @@ from fitting.diagnosis.which.explanation import Explanation
 from fitting.diagnosis.which.screen import Promise
 from fitting.diagnosis.which.survey import nominal_on
 from fitting.progress import Silent
+from jaxstick.catalogue import catalogue
 from jaxstick.effects.force_delay import ForceDelay
 from jaxstick.effects.mains_hum import MainsHum
 from jaxstick.parts.drive import SineDrive
@@ -22,6 +24,7 @@ from tests.fitting.diagnosis.grounded import grounded_on, with_effect
 from tests.fitting.reference_data import NOISE, noisy, own_run
 
 DELAY = ForceDelay(3e-3)
+SHELF = ("force_delay", "mains_hum", "force_lowpass", "frictional_memory", "constant_force", "end_stop")
 NOTHING = np.zeros(0)
 PROMISE = Promise("force_delay", NOTHING, 0.0, NOTHING, 1.0, NOTHING, NOTHING, NOTHING, NOTHING, NOTHING)
 
@@ -40,6 +43,7 @@ def hummed(size: float, scatter: float) -> list[Run]:
 
 @pytest.mark.parametrize(("size", "scatter", "found"), [(12.0, 0.0, True), (0.0, 8.0, False)])
 def test_a_hum_is_found_and_scatter_is_left_alone(monkeypatch, size: float, scatter: float, found: bool):
+    monkeypatch.setattr(of_the_model, "catalogue", lambda: {key: catalogue()[key] for key in SHELF})
     _, model, base = grounded_on(hummed(size, scatter))
     nominal = nominal_on(model, base.bench, base.point)
     best = Explanation(("force_delay",), PROMISE, with_effect(model, base, nominal, "force_delay"))
