@@ -163,8 +163,21 @@ def attribute(
     if pairs:
         pairs = best_of([*pairs, *other_way_round(model, bench, pairs[:BEST], floor)])
         found = best_of([*singles, *pairs, *each_alone(model, bench, singles, pairs, first)])
-    found = brought_level(model, bench, found)
+    nominal, found = _level(model, bench, nominal, found)
     return _weighed(model, bench, nominal, found, first, _inflation(bench, around, floor), floor)
+
+
+def _level(
+    model: Model, bench: Bench, nominal: Refit, found: Sequence[Explanation]
+) -> tuple[Refit, list[Explanation]]:
+    """The nominal model and the explanations, best first, of which those next to the best have borrowed from
+    it. Where one of these ends below it, it has found what is lost in all others, and lends that in turn to
+    the nominal model, and so to all."""
+    level = brought_level(model, bench, found)
+    if level[0].refit.misfit < min(e.refit.misfit for e in found):
+        nominal = borrowed(model, bench, nominal, level[0].refit)
+        level = none_above(model, bench, nominal, level)
+    return nominal, level
 
 
 def on_another_contact(model: Model, bench: Bench, found: Attribution, other: Model) -> Attribution:

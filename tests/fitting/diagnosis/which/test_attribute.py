@@ -94,6 +94,33 @@ def test_what_is_found_beside_wandering_takes_the_place_of_a_worse_fit_of_the_sa
     }
 
 
+def test_a_lane_that_only_the_next_best_finds_is_found_in_the_nominal_model_too(monkeypatch):
+    """In a sealed case in which nothing acted it made a gain of the base that one effect of the shelf."""
+
+    def leaving(misfit: float, *keys: str) -> Any:
+        return SimpleNamespace(keys=keys, refit=SimpleNamespace(misfit=misfit))
+
+    lost: Any = SimpleNamespace(misfit=1.05)
+    found: Any = [leaving(1.048, "track"), leaving(1.049, "gain")]
+
+    def borrowed(model: Any, bench: Any, fit: Any, other: Any) -> Any:
+        return SimpleNamespace(misfit=min(fit.misfit, other.misfit + 1e-4))
+
+    def none_above(model: Any, bench: Any, fit: Any, found: Any) -> Any:
+        return [leaving(min(e.refit.misfit, fit.misfit), *e.keys) for e in found]
+
+    monkeypatch.setattr(attributes, "borrowed", borrowed)
+    monkeypatch.setattr(attributes, "none_above", none_above)
+    for reached, expected in ((1.007, 1.0071), (1.0485, 1.05)):
+        level = sorted([found[0], leaving(reached, "gain")], key=lambda e: e.refit.misfit)
+        monkeypatch.setattr(attributes, "brought_level", lambda model, bench, found, level=level: level)
+        nothing: Any = None
+        nominal, others = attributes._level(nothing, nothing, lost, found)
+        assert nominal.misfit == pytest.approx(expected)
+        assert others[0].refit.misfit == pytest.approx(min(reached, 1.048))
+        assert max(e.refit.misfit for e in others) <= nominal.misfit
+
+
 @pytest.mark.parametrize(
     ("two", "one", "floor", "asks"),
     [(4.7, 8.2, 1.0, True), (7.5, 8.2, 1.0, False), (1.05, 8.2, 1.0, False), (1.3, 8.2, 1.28, False)],
