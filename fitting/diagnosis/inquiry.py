@@ -32,6 +32,7 @@ from fitting.diagnosis.turns import less_scattered, surveyed, weighed_anew
 from fitting.diagnosis.unlisted.anomaly import AbstractAnomaly
 from fitting.diagnosis.unlisted.bad_samples import bad_samples
 from fitting.diagnosis.unlisted.bursts import bursts
+from fitting.diagnosis.unlisted.held_samples import held_samples
 from fitting.diagnosis.unlisted.unrest import unrest
 from fitting.diagnosis.which.attribute import Attribution, attribute
 from fitting.diagnosis.which.contacts import Chosen
@@ -171,6 +172,7 @@ def _off_the_shelf(
     seen: list[AbstractAnomaly | None] = [
         bad_samples(paper.problem),
         bursts(paper.model, paper.ground, paper.problem.period),
+        held_samples(paper.model, paper.ground),
     ]
     if nothing:
         seen.append(unrest(chosen.problem, chosen.model, found.nominal, chosen.ground.scatter))
