@@ -34,6 +34,7 @@ from fitting.diagnosis.unlisted.bad_samples import bad_samples
 from fitting.diagnosis.unlisted.bursts import bursts
 from fitting.diagnosis.unlisted.held_samples import held_samples
 from fitting.diagnosis.unlisted.unrest import unrest
+from fitting.diagnosis.where.own_beat import own_beat
 from fitting.diagnosis.which.attribute import Attribution, attribute
 from fitting.diagnosis.which.contacts import Chosen
 from fitting.diagnosis.which.explanation import Explanation, told_apart
@@ -173,6 +174,7 @@ def _off_the_shelf(
         bad_samples(paper.problem),
         bursts(paper.model, paper.ground, paper.problem.period),
         held_samples(paper.model, paper.ground),
+        own_beat(paper.problem, paper.model, paper.ground),
     ]
     if nothing:
         seen.append(unrest(chosen.problem, chosen.model, found.nominal, chosen.ground.scatter))

@@ -30,55 +30,76 @@ def beat_of(problem: Problem, bench: Bench, side: Side, drives: Sequence[float |
     """The frequency [Hz] of a sine that all runs show, each in a phase of its own, where it takes most of
     chi-square; of those that are no harmonics of a run's drive there. None where there is no room for any.
     `drives`: the frequencies of the runs' drives [Hz], None for none."""
+    coarse = frequencies(problem, bench)
+    if coarse is None:
+        return None
+    gain = gained_by_run(problem, bench, side, drives, coarse).sum(axis=0)
+    best = int(np.argmax(gain))
+    return refined(problem, bench, side, drives, coarse, best) if gain[best] > 0 else None
+
+
+def frequencies(problem: Problem, bench: Bench) -> np.ndarray | None:
+    """The frequencies [Hz] that are tried, so close that no beat is missed between them; None where there is
+    no room for any."""
     interval = float(np.max(np.asarray(bench.lanes.interval)))
-    lasts = [float(np.ptp(signal.run.time)) for signal in problem.chosen]
     low = SLOWEST / problem.period
     high = min(FASTEST / problem.period, BELOW_NYQUIST / (2 * interval))
     if not high > low:
         return None
-    count = min(math.ceil((high - low) * 2 * max(lasts)), MOST)
-    coarse = np.linspace(low, high, max(count, 2))
-    gain = _gained(bench, side, drives, lasts, coarse)
-    best = int(np.argmax(gain))
-    if not gain[best] > 0:
-        return None
-    step = coarse[1] - coarse[0]
-    fine = np.linspace(max(coarse[best] - step, low), coarse[best] + step, FINER)
-    return float(fine[np.argmax(_gained(bench, side, drives, lasts, fine))])
+    count = min(math.ceil((high - low) * 2 * max(_lasts(problem))), MOST)
+    return np.linspace(low, high, max(count, 2))
 
 
-def _gained(
+def refined(
+    problem: Problem,
     bench: Bench,
     side: Side,
     drives: Sequence[float | None],
-    lasts: Sequence[float],
-    frequencies: np.ndarray,
+    coarse: np.ndarray,
+    best: int,
+) -> float:
+    """The frequency [Hz] where it takes most of chi-square, around one of those that were tried."""
+    step = coarse[1] - coarse[0]
+    fine = np.linspace(max(coarse[best] - step, coarse[0]), coarse[best] + step, FINER)
+    return float(fine[np.argmax(gained_by_run(problem, bench, side, drives, fine).sum(axis=0))])
+
+
+def gained_by_run(
+    problem: Problem,
+    bench: Bench,
+    side: Side,
+    drives: Sequence[float | None],
+    tried: np.ndarray,
 ) -> np.ndarray:
-    """By how much a sine of each frequency lowers chi-square in those runs, which last so long, of whose
-    drive it is no harmonic."""
-    gain = np.zeros(len(frequencies))
-    for run, drive in enumerate(drives):
+    """By how much a sine of each frequency that is tried lowers chi-square in each run (runs, frequencies); 0
+    in those of whose drive it is a harmonic, and in those that say nothing."""
+    gain = np.zeros((len(drives), len(tried)))
+    for run, (drive, lasts) in enumerate(zip(drives, _lasts(problem), strict=True)):
         pieces = [piece for piece in side.pieces if bench.run[piece.lane] == run]
         if not pieces:
             continue
-        gained = _gained_in_a_run(bench, pieces, frequencies)
+        gain[run] = _gained_in_a_run(bench, pieces, tried)
         if drive is not None:
-            order = np.clip(np.round(frequencies / drive), 1, ORDERS)
-            gained[np.abs(frequencies - order * drive) * lasts[run] < APART] = 0.0
-        gain += gained
+            order = np.clip(np.round(tried / drive), 1, ORDERS)
+            gain[run, np.abs(tried - order * drive) * lasts < APART] = 0.0
     return gain
 
 
-def _gained_in_a_run(bench: Bench, pieces: Sequence[Piece], frequencies: np.ndarray) -> np.ndarray:
+def _lasts(problem: Problem) -> list[float]:
+    """How long each run lasts [s]."""
+    return [float(np.ptp(signal.run.time)) for signal in problem.chosen]
+
+
+def _gained_in_a_run(bench: Bench, pieces: Sequence[Piece], tried: np.ndarray) -> np.ndarray:
     """By how much a sine of each frequency lowers chi-square in some pieces of a run."""
-    step = frequencies[1] - frequencies[0]
-    wave, energy = np.zeros(len(frequencies), complex), np.zeros(len(frequencies))
+    step = tried[1] - tried[0]
+    wave, energy = np.zeros(len(tried), complex), np.zeros(len(tried))
     for piece in pieces:
         interval = float(np.asarray(bench.lanes.interval)[piece.lane])
         start = float(np.asarray(bench.lanes.start_time)[piece.lane]) + interval * piece.motion.start
         samples = piece.felt.shape[1]
-        transform = _transform(samples, len(frequencies), interval, float(frequencies[0]), float(step))
-        turned = np.exp(-2j * math.pi * frequencies * start)
+        transform = _transform(samples, len(tried), interval, float(tried[0]), float(step))
+        turned = np.exp(-2j * math.pi * tried * start)
         wave += transform(piece.felt.T @ piece.left) * turned
         energy += 2 * np.real(transform(piece.lags)) - piece.lags[0]
     return 2 * np.abs(wave) ** 2 / np.maximum(energy, 1e-12 * max(float(np.max(energy)), 1e-300))

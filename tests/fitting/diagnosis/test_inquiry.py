@@ -163,6 +163,7 @@ def test_other_runs_are_held_out_where_something_else_acts(monkeypatch, first, s
         ("none", (), ("unrest",), ("unrest",), "unlisted"),
         ("none", (), ("bad_samples",), ("bad_samples",), "unlisted"),
         ("none", (), ("held_samples",), ("held_samples",), "unlisted"),
+        ("none", (), ("own_beat",), ("own_beat",), "unlisted"),
         ("none", (), (), (), "none"),
         ("unlisted", (), ("bad_samples", "bursts", "unrest"), ("bad_samples", "bursts"), "unlisted"),
         ("effect", ("a",), ("bad_samples", "bursts", "unrest"), (), "effect"),
@@ -171,7 +172,7 @@ def test_other_runs_are_held_out_where_something_else_acts(monkeypatch, first, s
 def test_what_no_effect_does_is_looked_for_where_nothing_is_named(
     monkeypatch, verdict, named, there, seen, after
 ):
-    for finder in ("bad_samples", "held_samples", "bursts", "unrest"):
+    for finder in ("bad_samples", "bursts", "held_samples", "own_beat", "unrest"):
         monkeypatch.setattr(inquiries, finder, lambda *_, it=finder: it if it in there else None)
     anything: Any = SimpleNamespace(
         model=None, ground=SimpleNamespace(scatter=None), problem=SimpleNamespace(period=1.0)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, ClassVar
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -16,44 +14,17 @@ from fitting.diagnosis.where.clue import BEAT, FRICTION, MECHANICS, MOMENTS, MOT
 from fitting.diagnosis.where.pattern import FORMS, patterns
 from fitting.problem import pose
 from fitting.settings import Settings
-from jaxstick.effect import AbstractEffect, Card
+from jaxstick.effect import AbstractEffect
 from jaxstick.effects.cubic_stiffness import CubicStiffness
 from jaxstick.effects.quadratic_drag import QuadraticDrag
 from jaxstick.effects.stribeck_shape import StribeckShape
-from jaxstick.oscillator import Oscillator
-from jaxstick.parameter import parameter
-from jaxstick.parts.drive import AbstractDrive, Excitation, Extent, SineDrive
+from jaxstick.parts.drive import SineDrive
 from jaxstick.record import Run
 from tests.fitting.diagnosis.grounded import SUBSTEPS, WORKERS, from_the_truth
+from tests.fitting.diagnosis.where.geared import GEAR, Gear
 from tests.fitting.reference_data import TRUTH, dataset, noisy, own_run
 
-GEAR = 13.7
-"""The frequency of a force that no channel shows [Hz]."""
 FREQUENCIES = (0.9, 1.5, 2.1)
-
-
-class Geared(AbstractDrive):
-    """A drive with a force that oscillates beside it."""
-
-    inner: AbstractDrive
-    size: Any
-
-    def at(self, t: Any) -> Excitation:
-        seen = self.inner.at(t)
-        return seen._replace(u=seen.u + self.size * jnp.sin(2 * jnp.pi * GEAR * jnp.asarray(t)))
-
-    def extent(self) -> Extent:
-        return self.inner.extent()
-
-
-class Gear(AbstractEffect):
-    """A gear that shakes the mass."""
-
-    card: ClassVar[Card] = StribeckShape.card
-    size: Any = parameter("N", "amplitude", null=0.0, typical=1.0, default=0.0)
-
-    def attach(self, oscillator: Oscillator) -> Oscillator:
-        return dataclasses.replace(oscillator, drive=Geared(oscillator.drive, self.size))
 
 
 def held(run: Run) -> Run:
