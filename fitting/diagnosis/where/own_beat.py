@@ -74,7 +74,10 @@ def own_beat(problem: Problem, model: Model, base: Ground) -> OwnBeat | None:
     runs = [signal.run for signal in problem.chosen]
     drives = [frequency_of(run) for run in runs]
     gain = gained_by_run(problem, bench, side, drives, tried)
-    says = np.stack([_says(mine, tried, run) for mine, run in zip(gain, runs, strict=True) if mine.any()])
+    told = [_says(mine, tried, run) for mine, run in zip(gain, runs, strict=True) if mine.any()]
+    if not told:
+        return None
+    says = np.stack(told)
     chance = len(tried) * gammaincc(len(says), says.sum(axis=0))
     best = int(np.argmin(chance))
     many = int(np.count_nonzero(says[:, best] > SEEN))
