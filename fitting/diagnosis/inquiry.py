@@ -33,8 +33,8 @@ from fitting.diagnosis.unlisted.anomaly import AbstractAnomaly
 from fitting.diagnosis.unlisted.bad_samples import bad_samples
 from fitting.diagnosis.unlisted.bursts import bursts
 from fitting.diagnosis.unlisted.held_samples import held_samples
+from fitting.diagnosis.unlisted.own_beat import own_beat
 from fitting.diagnosis.unlisted.unrest import unrest
-from fitting.diagnosis.where.own_beat import own_beat
 from fitting.diagnosis.which.attribute import Attribution, attribute
 from fitting.diagnosis.which.contacts import Chosen
 from fitting.diagnosis.which.explanation import Explanation, told_apart

@@ -20,8 +20,8 @@ from jaxstick.effects.quadratic_drag import QuadraticDrag
 from jaxstick.effects.stribeck_shape import StribeckShape
 from jaxstick.parts.drive import SineDrive
 from jaxstick.record import Run
+from tests.fitting.diagnosis.geared import GEAR, Gear
 from tests.fitting.diagnosis.grounded import SUBSTEPS, WORKERS, from_the_truth
-from tests.fitting.diagnosis.where.geared import GEAR, Gear
 from tests.fitting.reference_data import TRUTH, dataset, noisy, own_run
 
 FREQUENCIES = (0.9, 1.5, 2.1)

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fitting.diagnosis.where.own_beat import OwnBeat, own_beat
+from fitting.diagnosis.unlisted.own_beat import OwnBeat, own_beat
 from fitting.problem import pose
 from fitting.settings import Settings
 from jaxstick.effect import AbstractEffect
 from jaxstick.effects.cubic_stiffness import CubicStiffness
 from jaxstick.parts.drive import SineDrive
 from jaxstick.record import Run
+from tests.fitting.diagnosis.geared import GEAR, Gear
 from tests.fitting.diagnosis.grounded import WORKERS, from_the_truth, laid_out
-from tests.fitting.diagnosis.where.geared import GEAR, Gear
 from tests.fitting.reference_data import NOISE, TRUTH, dataset, noisy, own_run
 
 FREQUENCIES = (0.9, 1.5, 2.1, 2.6)
