@@ -34,10 +34,12 @@ CHANCE = 1e-4
 any effect the least was 0.02; in eight of 13 in which a gear meshed it was below 1e-11."""
 MOST = 12.0
 """One run says so much (a logarithm of its chance) at most, and no line is seen in a single one."""
-APART = 0.75
-"""A harmonic of its drive, of whatever order, says nothing, nor does what has so few cycles more or less."""
 SEEN = 4.0
-"""In half of the runs it is to be more than this."""
+"""In half of the runs it is to be more than this, and in half of those of whose drive it is no harmonic:"""
+APART, HIGHEST = 0.75, 40
+"""what has so many cycles in a run more or less is none, and none shows of a higher order than this."""
+NEAR = 2.5
+"""So many cycles in a run around there, it is where a sine takes most of chi-square from all runs."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,27 +76,41 @@ def own_beat(problem: Problem, model: Model, base: Ground) -> OwnBeat | None:
     runs = [signal.run for signal in problem.chosen]
     drives = [frequency_of(run) for run in runs]
     gain = gained_by_run(problem, bench, side, drives, tried)
-    told = [_says(mine, tried, run) for mine, run in zip(gain, runs, strict=True) if mine.any()]
-    if not told:
+    telling = [number for number, mine in enumerate(gain) if mine.any()]
+    if not telling:
         return None
-    says = np.stack(told)
+    says = np.stack([_says(gain[number]) for number in telling])
     chance = len(tried) * gammaincc(len(says), says.sum(axis=0))
-    best = int(np.argmin(chance))
-    many = int(np.count_nonzero(says[:, best] > SEEN))
-    if chance[best] > CHANCE or 2 * many < len(says):
+    seen_in = says > SEEN
+    own = np.stack([_is_no_harmonic(tried, runs[number]) for number in telling])
+    sure = (chance < CHANCE) & (2 * seen_in.sum(axis=0) >= len(says))
+    sure &= 2 * (seen_in & own).sum(axis=0) >= np.maximum(own.sum(axis=0), 1)
+    if not sure.any():
         return None
-    return OwnBeat(refined(problem, bench, side, drives, tried, best), many, len(says))
+    best = int(np.argmax(np.where(sure, gain.sum(axis=0), 0.0)))
+    lasts = min(float(np.ptp(run.time)) for run in runs)
+    free = [None] * len(runs)
+    near = np.abs(tried - tried[best]) * lasts < NEAR
+    whole = gained_by_run(problem, bench, side, free, tried).sum(axis=0)
+    at = int(np.argmax(np.where(near, whole, 0.0)))
+    frequency = refined(problem, bench, side, free, tried, at)
+    return OwnBeat(frequency, int(np.count_nonzero(seen_in[:, best])), len(says))
 
 
-def _says(gain: np.ndarray, tried: np.ndarray, run: Run) -> np.ndarray:
+def _says(gain: np.ndarray) -> np.ndarray:
     """The logarithm of one over the chance of what a sine of each frequency gains in a run, by what is usual
-    around it; 0 for harmonics of its drive."""
+    around it; 0 where it gains nothing."""
     counts = gain > 0
     usual = median_filter(gain[counts], AROUND, mode="reflect") / math.log(2)
     says = np.zeros(len(gain))
     says[counts] = np.minimum(gain[counts] / usual, MOST)
-    drive = frequency_of(run)
-    if drive is not None:
-        apart = np.abs(tried - np.round(tried / drive) * drive) * float(np.ptp(run.time))
-        says[apart < APART] = 0.0
     return says
+
+
+def _is_no_harmonic(tried: np.ndarray, run: Run) -> np.ndarray:
+    """Which frequencies [Hz] are surely no harmonics of the drive of a run."""
+    drive = frequency_of(run)
+    if drive is None:
+        return np.ones(len(tried), bool)
+    order = np.round(tried / drive)
+    return (order > HIGHEST) | (np.abs(tried - order * drive) * float(np.ptp(run.time)) > APART)
