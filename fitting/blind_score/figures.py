@@ -14,7 +14,7 @@ from fitting.blind_score.limits import limits
 STRONG = 3.0
 """The gap over the noise from which on an effect is called strong."""
 
-GAPING = 1.1
+NOTABLE_GAP = 1.1
 """Where held-out runs leave no more than so many times their floor there is nothing to close."""
 
 MARGIN = 0.2
@@ -73,7 +73,7 @@ def closure(cases: Sequence[Judged]) -> dict[str, Any]:
     that hold all of the gap, in the tier whose effects are those of the catalogue, which close it.
     """
     named = [(case.tier, case.result["gap"]) for case in cases if case.right() and case.result is not None]
-    named = [(tier, gap) for tier, gap in named if gap["before"] > GAPING * gap["floor"]]
+    named = [(tier, gap) for tier, gap in named if gap["before"] > NOTABLE_GAP * gap["floor"]]
     gaps = [gap for _, gap in named]
     closed = [gap["closed"] for gap in gaps if gap["closed"] is not None]
     placebo = [gap["placebo_closed"] for gap in gaps if gap.get("placebo_closed") is not None]

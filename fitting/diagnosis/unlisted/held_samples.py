@@ -92,7 +92,7 @@ def held_samples(model: Model, base: Ground) -> HeldSamples | None:
         ]
         held = np.array([len(each) for each in sizes])
         if np.count_nonzero(held) >= FEWEST:
-            runs, of = (len(np.unique(bench.run[some])) for some in (held > 0, held >= 0))
+            runs, of = len(np.unique(bench.run[held > 0])), len(np.unique(bench.run))
             most = max(size for each in sizes for size in each)
             return HeldSamples(channel, unit, int(held.sum()), runs, of, most)
     return None

@@ -22,10 +22,9 @@ from fitting.cycle import frequency_of
 from fitting.diagnosis.lanes.model import Model
 from fitting.diagnosis.noise.ground import Ground
 from fitting.diagnosis.unlisted.anomaly import AbstractAnomaly
-from fitting.diagnosis.where.beat import frequencies, gained_by_run, refined
+from fitting.diagnosis.where.beat import durations, frequencies, gained_by_run, refined
 from fitting.diagnosis.where.sides import motion_side
 from fitting.problem import Problem
-from jaxstick.record import Run
 
 AROUND = 101
 """A line stands out from the median of so many frequencies around it."""
@@ -73,8 +72,7 @@ def own_beat(problem: Problem, model: Model, base: Ground) -> OwnBeat | None:
     side = motion_side(problem, model, bench, point, seen)
     if tried is None or side is None:
         return None
-    runs = [signal.run for signal in problem.chosen]
-    drives = [frequency_of(run) for run in runs]
+    drives, lasts = [frequency_of(signal.run) for signal in problem.chosen], durations(problem)
     gain = gained_by_run(problem, bench, side, drives, tried)
     telling = [number for number, mine in enumerate(gain) if mine.any()]
     if not telling:
@@ -82,15 +80,14 @@ def own_beat(problem: Problem, model: Model, base: Ground) -> OwnBeat | None:
     says = np.stack([_says(gain[number]) for number in telling])
     chance = len(tried) * gammaincc(len(says), says.sum(axis=0))
     seen_in = says > SEEN
-    own = np.stack([_is_no_harmonic(tried, runs[number]) for number in telling])
+    own = np.stack([_is_no_harmonic(tried, drives[number], lasts[number]) for number in telling])
     sure = (chance < CHANCE) & (2 * seen_in.sum(axis=0) >= len(says))
     sure &= 2 * (seen_in & own).sum(axis=0) >= np.maximum(own.sum(axis=0), 1)
     if not sure.any():
         return None
     best = int(np.argmax(np.where(sure, gain.sum(axis=0), 0.0)))
-    lasts = min(float(np.ptp(run.time)) for run in runs)
-    free = [None] * len(runs)
-    near = np.abs(tried - tried[best]) * lasts < NEAR
+    free = [None] * len(drives)
+    near = np.abs(tried - tried[best]) * min(lasts) < NEAR
     whole = gained_by_run(problem, bench, side, free, tried).sum(axis=0)
     at = int(np.argmax(np.where(near, whole, 0.0)))
     frequency = refined(problem, bench, side, free, tried, at)
@@ -107,10 +104,10 @@ def _says(gain: np.ndarray) -> np.ndarray:
     return says
 
 
-def _is_no_harmonic(tried: np.ndarray, run: Run) -> np.ndarray:
-    """Which frequencies [Hz] are surely no harmonics of the drive of a run."""
-    drive = frequency_of(run)
+def _is_no_harmonic(tried: np.ndarray, drive: float | None, lasts: float) -> np.ndarray:
+    """Which frequencies [Hz] are surely no harmonics of that of a run's drive (None for none), which lasts so
+    long [s]."""
     if drive is None:
         return np.ones(len(tried), bool)
     order = np.round(tried / drive)
-    return (order > HIGHEST) | (np.abs(tried - order * drive) * float(np.ptp(run.time)) > APART)
+    return (order > HIGHEST) | (np.abs(tried - order * drive) * lasts > APART)

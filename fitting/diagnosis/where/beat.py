@@ -46,7 +46,7 @@ def frequencies(problem: Problem, bench: Bench) -> np.ndarray | None:
     high = min(FASTEST / problem.period, BELOW_NYQUIST / (2 * interval))
     if not high > low:
         return None
-    count = min(math.ceil((high - low) * 2 * max(_lasts(problem))), MOST)
+    count = min(math.ceil((high - low) * 2 * max(durations(problem))), MOST)
     return np.linspace(low, high, max(count, 2))
 
 
@@ -74,7 +74,7 @@ def gained_by_run(
     """By how much a sine of each frequency that is tried lowers chi-square in each run (runs, frequencies); 0
     in those of whose drive it is a harmonic, and in those that say nothing."""
     gain = np.zeros((len(drives), len(tried)))
-    for run, (drive, lasts) in enumerate(zip(drives, _lasts(problem), strict=True)):
+    for run, (drive, lasts) in enumerate(zip(drives, durations(problem), strict=True)):
         pieces = [piece for piece in side.pieces if bench.run[piece.lane] == run]
         if not pieces:
             continue
@@ -85,7 +85,7 @@ def gained_by_run(
     return gain
 
 
-def _lasts(problem: Problem) -> list[float]:
+def durations(problem: Problem) -> list[float]:
     """How long each run lasts [s]."""
     return [float(np.ptp(signal.run.time)) for signal in problem.chosen]
 
