@@ -27,6 +27,7 @@ from fitting.diagnosis.judging.reconsidered import refuted, succeeded, weighed_a
 from fitting.diagnosis.judging.verdict import NONE, UNLISTED
 from fitting.diagnosis.lanes.bench import Bench
 from fitting.diagnosis.noise.ground import resolved
+from fitting.diagnosis.noise.scatter import Scatter
 from fitting.diagnosis.refits.refit import Refit
 from fitting.diagnosis.turns import less_scattered, surveyed, weighed_anew
 from fitting.diagnosis.unlisted.anomaly import AbstractAnomaly
@@ -34,7 +35,7 @@ from fitting.diagnosis.unlisted.bad_samples import bad_samples
 from fitting.diagnosis.unlisted.bursts import bursts
 from fitting.diagnosis.unlisted.held_samples import held_samples
 from fitting.diagnosis.unlisted.own_beat import own_beat
-from fitting.diagnosis.unlisted.unrest import unrest
+from fitting.diagnosis.unlisted.unrest import Unrest, unrest
 from fitting.diagnosis.which.attribute import Attribution, attribute
 from fitting.diagnosis.which.contacts import Chosen
 from fitting.diagnosis.which.explanation import Explanation, told_apart
@@ -158,7 +159,8 @@ def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquir
             doubts = () if instead is None else (refutation(first.keys, shrunk),)
             shrunk = _shrunk(chosen, held, found, named, seed)
     progress.advance()
-    return Inquiry(chosen, bench, held, found, named, shrunk, anomalies, doubts)
+    inquiry = Inquiry(chosen, bench, held, found, named, shrunk, anomalies, doubts)
+    return inquiry.disproved(_unrest_beside(inquiry, plain))
 
 
 def _off_the_shelf(
@@ -180,6 +182,18 @@ def _off_the_shelf(
         seen.append(unrest(chosen.problem, chosen.model, found.nominal, chosen.ground.scatter))
     anomalies = tuple(anomaly for anomaly in seen if anomaly is not None)
     return found.astray() if nothing and anomalies else found, anomalies
+
+
+def _unrest_beside(inquiry: Inquiry, plain: Bench) -> Unrest | None:
+    """Scatter that is no wandering under what is named, where that closes no gap: friction that is steadier
+    with it may be so by chance, and whatever scatters so is not explained. `plain`: the bench in units of the
+    noise."""
+    named, chosen = inquiry.named, inquiry.chosen
+    if named is None or not inquiry.found.shows_no_gap or closes(inquiry.shrunk):
+        return None
+    model, problem = chosen.model, chosen.problem
+    scatter = Scatter.of(model, plain, named.refit.point, problem.period)
+    return unrest(problem, model, named.refit, scatter)
 
 
 def _named(found: Attribution) -> Explanation | None:

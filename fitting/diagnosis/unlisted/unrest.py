@@ -34,13 +34,13 @@ class Unrest(AbstractAnomaly):
         )
 
 
-def unrest(problem: Problem, model: Model, nominal: Refit, scatter: Scatter | None) -> Unrest | None:
-    """What there is of it, to judge by what friction does from segment to segment under the nominal model;
-    None without a friction force."""
+def unrest(problem: Problem, model: Model, fit: Refit, scatter: Scatter | None) -> Unrest | None:
+    """What there is of it, to judge by what friction does from segment to segment under a hypothesis; None
+    without a friction force."""
     noises = [signal.friction_noise for signal in problem.chosen if signal.friction_noise is not None]
     if scatter is None or not noises:
         return None
-    times, wander = scatter.most()[1], wander_of(nominal)
-    level = sum(model.values(nominal.point.coordinates, ("A", "C")).values())
+    times, wander = scatter.most()[1], wander_of(fit)
+    level = sum(model.values(fit.point.coordinates, ("A", "C")).values())
     restless = times > RESTLESS and bool(times * np.median(noises) > WITHIN * wander / 100 * level)
     return Unrest(wander) if restless else None

@@ -187,6 +187,41 @@ def test_what_no_effect_does_is_looked_for_where_nothing_is_named(
     assert anomalies == seen
 
 
+@pytest.mark.parametrize(
+    ("keys", "no_gap", "share", "restless", "stays"),
+    [
+        (("stribeck_shape",), True, (0.0, 0.32), True, False),
+        (("stribeck_shape",), True, (0.0, 0.32), False, True),
+        (("stribeck_shape",), True, (0.6, 0.9), True, True),
+        (("stribeck_shape",), False, (0.0, 0.32), True, True),
+        ((), True, (0.0, 0.0), True, True),
+    ],
+    ids=["scatters", "wanders", "closes a gap", "leaves less", "nothing named"],
+)
+def test_what_closes_no_gap_is_not_the_cause_where_friction_scatters_and_does_not_wander(
+    monkeypatch, keys, no_gap, share, restless, stays
+):
+    """As under a pulsating spring: friction that happens to be steadier with a Stribeck curve between
+    segments, while within them it scatters by thirty times as much. It is judged by what is named."""
+    asked: list[Any] = []
+    monkeypatch.setattr(inquiries.Scatter, "of", lambda *words: asked.append(words))
+    said = Unrest(0.23) if restless else None
+    monkeypatch.setattr(inquiries, "unrest", lambda problem, model, fit, scatter: asked.append(fit) or said)
+    one = inquiry(*keys)
+    one.found.shows_no_gap, one.found.refuted = no_gap, lambda: "refuted"  # pyright: ignore
+    if one.named is not None:
+        one.named.refit.point = "point"  # pyright: ignore
+    chosen: Any = SimpleNamespace(model="model", problem=SimpleNamespace(period=0.2))
+    shrunk = dataclasses.replace(CLOSED, before=1.2, floor=1.0, interval=share)
+    one = dataclasses.replace(one, chosen=chosen, shrunk=shrunk)
+    plain: Any = "plain"
+    found = one.disproved(inquiries._unrest_beside(one, plain))
+    assert (found is one) is stays
+    if not stays:
+        assert (found.found, found.named, found.anomalies) == ("refuted", None, (Unrest(0.23),))
+        assert one.named is not None and asked == [("model", "plain", "point", 0.2), one.named.refit]
+
+
 def test_what_is_named_is_compared_with_what_has_no_more_effects_and_none_of_its_own(monkeypatch):
     """Two effects that mimic one together are nothing to compare that one with."""
     monkeypatch.setattr(inquiries, "told_apart", lambda *_: True)
