@@ -26,6 +26,7 @@ from fitting.diagnosis.judging.judgement import Judgement
 from fitting.diagnosis.judging.reconsidered import refuted, succeeded, weighed_again
 from fitting.diagnosis.judging.verdict import NONE, UNLISTED
 from fitting.diagnosis.lanes.bench import Bench
+from fitting.diagnosis.lanes.jobs import predicted
 from fitting.diagnosis.noise.ground import resolved
 from fitting.diagnosis.noise.scatter import Scatter
 from fitting.diagnosis.refits.refit import Refit
@@ -172,15 +173,17 @@ def _off_the_shelf(
     if found.judgement.named:
         return found, ()
     nothing = found.judgement.verdict == "none"
-    seen: list[AbstractAnomaly | None] = [
-        bad_samples(paper.problem),
-        bursts(paper.model, paper.ground, paper.problem.period),
-        held_samples(paper.model, paper.ground),
-        own_beat(paper.problem, paper.model, paper.ground),
+    problem, model, bench, point = paper.problem, paper.model, paper.ground.bench, paper.ground.point
+    seen = predicted(model, bench, point)
+    strange: list[AbstractAnomaly | None] = [
+        bad_samples(problem),
+        bursts(bench, seen, problem.period),
+        held_samples(bench, seen),
+        own_beat(problem, model, bench, point, seen),
     ]
     if nothing:
-        seen.append(unrest(chosen.problem, chosen.model, found.nominal, chosen.ground.scatter))
-    anomalies = tuple(anomaly for anomaly in seen if anomaly is not None)
+        strange.append(unrest(chosen.problem, chosen.model, found.nominal, chosen.ground.scatter))
+    anomalies = tuple(anomaly for anomaly in strange if anomaly is not None)
     return found.astray() if nothing and anomalies else found, anomalies
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fitting.diagnosis.lanes.bench import Bench, Point
-from fitting.diagnosis.lanes.model import Job, Model
+from fitting.diagnosis.lanes.model import Job, Model, Prediction
 from fitting.diagnosis.lanes.programs import COLUMNS
 from fitting.diagnosis.lanes.wander import allowed
 
@@ -19,6 +19,11 @@ def job(model: Model, bench: Bench, point: Point, free: np.ndarray | None = None
     return Job(
         point.attached, bench.lanes, deviation, point.each(model, bench), point.own, chosen, bench.whitener
     )
+
+
+def predicted(model: Model, bench: Bench, point: Point) -> Prediction:
+    """What a bench shows at a point."""
+    return model.predict(point.attached, bench.lanes, point.each(model, bench), point.own)
 
 
 def chosen_columns(free: np.ndarray, level: int, lanes: int) -> np.ndarray:

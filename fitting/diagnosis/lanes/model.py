@@ -64,6 +64,16 @@ class Shelf:
         return f"{key} ({title[0].lower()}{title[1:]})"
 
 
+class Prediction(NamedTuple):
+    """What lanes show (lanes, samples): displacement [m] and friction [N] as they are read, the true velocity
+    [m/s] and the true friction force [N]."""
+
+    displacement: np.ndarray
+    friction: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+
+
 class Job(NamedTuple):
     """Lanes to be linearised with some effects attached, once or several times, one time after the other.
 
@@ -253,12 +263,13 @@ class Model:
 
     def predict(
         self, keys: tuple[str, ...], lanes: Lanes, coordinates: np.ndarray, own: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Displacement and friction as read, true velocity and friction of every lane, (lanes, samples)."""
+    ) -> Prediction:
+        """What lanes show with some effects attached, at their coordinates and with what they have of their
+        own; the arrays are those of `Job`."""
         none = np.full((len(lanes), COLUMNS), -1)
         jobs = [Job(keys, lanes, np.asarray(lanes.start_deviation), coordinates, own, none)]
-        ((x, f, v, force),) = self._in_packs(prediction, jobs, lambda reach, room: 4 * [[slice(reach)]])
-        return x, f, v, force
+        (found,) = self._in_packs(prediction, jobs, lambda reach, room: 4 * [[slice(reach)]])
+        return Prediction(*found)
 
     @contextlib.contextmanager
     def ahead(self, lanes: Lanes, groups: Iterable[tuple[str, ...]]) -> Iterator[None]:

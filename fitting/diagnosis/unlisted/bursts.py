@@ -13,9 +13,9 @@ import dataclasses
 import numpy as np
 from scipy.optimize import least_squares
 
-from fitting.diagnosis.lanes.model import Model
+from fitting.diagnosis.lanes.bench import Bench
+from fitting.diagnosis.lanes.model import Prediction
 from fitting.diagnosis.lanes.steadiness import robust_deviation
-from fitting.diagnosis.noise.ground import Ground
 from fitting.diagnosis.unlisted.anomaly import AbstractAnomaly
 
 WINDOW = 0.05
@@ -67,23 +67,21 @@ class Bursts(AbstractAnomaly):
         )
 
 
-def bursts(model: Model, base: Ground, period: float) -> Bursts | None:
+def bursts(bench: Bench, seen: Prediction, period: float) -> Bursts | None:
     """What there is of bursts in more than half of the runs, None where there is not as much, or no friction
-    force. `period`: the natural one [s]."""
-    bench, point = base.bench, base.point
-    lanes = bench.lanes
+    force. `seen`: what the bench shows under the nominal model; `period`: the natural one [s]."""
+    lanes, expected = bench.lanes, seen.friction
     weight = np.asarray(lanes.friction_weight)
-    _, expected, velocity, _ = model.predict(point.attached, lanes, point.each(model, bench), point.own)
     rise = (np.asarray(lanes.friction) - expected) * np.sign(expected)
     size = max(round(WINDOW * bench.samples(period)), 2)
-    windows = [_windowed(values, size) for values in (rise, np.abs(expected), velocity, weight)]
-    found, seen, falls = [], 0, 0
+    windows = [_windowed(values, size) for values in (rise, np.abs(expected), seen.velocity, weight)]
+    found, looked_at, falls = [], 0, 0
     for run in np.unique(bench.run):
         mine = [values[bench.run == run].reshape(-1, size) for values in windows]
         counted = np.all(mine[3] > 0, axis=1)
         if not counted.any():
             continue
-        seen += 1
+        looked_at += 1
         above = _above(*(values[counted] for values in mine[:3]))
         if not len(above):
             continue
@@ -92,10 +90,10 @@ def bursts(model: Model, base: Ground, period: float) -> Bursts | None:
         if _mostly(high, low):
             found.append((high.mean(), np.median(above[high])))
         falls += _mostly(low, high)
-    if len(found) - falls < FEWEST_RUNS or 2 * len(found) <= seen:
+    if len(found) - falls < FEWEST_RUNS or 2 * len(found) <= looked_at:
         return None
     share, height = np.median(found, axis=0)
-    return Bursts(len(found), seen, float(share), float(height))
+    return Bursts(len(found), looked_at, float(share), float(height))
 
 
 def _windowed(values: np.ndarray, size: int) -> np.ndarray:

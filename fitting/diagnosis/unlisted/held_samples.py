@@ -12,9 +12,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fitting.diagnosis.lanes.model import Model
+from fitting.diagnosis.lanes.bench import Bench
+from fitting.diagnosis.lanes.model import Prediction
 from fitting.diagnosis.lanes.steadiness import robust_deviation
-from fitting.diagnosis.noise.ground import Ground
 from fitting.diagnosis.unlisted.anomaly import AbstractAnomaly
 from jaxstick.check import quantity
 
@@ -66,16 +66,14 @@ class HeldSamples(AbstractAnomaly):
         )
 
 
-def held_samples(model: Model, base: Ground) -> HeldSamples | None:
-    """What there is of them in the friction force, or else in the displacement, under the nominal model; None
-    where there are few."""
-    bench, point = base.bench, base.point
+def held_samples(bench: Bench, seen: Prediction) -> HeldSamples | None:
+    """What there is of them in the friction force, or else in the displacement; None where there are few.
+    `seen`: what the bench shows under the nominal model."""
     lanes = bench.lanes
-    displacement, friction, *_ = model.predict(point.attached, lanes, point.each(model, bench), point.own)
     weights = lanes.weights()
     for channel, unit, record, expected, weight in (
-        ("friction force", "N", np.asarray(lanes.friction), friction, weights[:, :, 1]),
-        ("displacement", "m", np.asarray(lanes.displacement), displacement, weights[:, :, 0]),
+        ("friction force", "N", np.asarray(lanes.friction), seen.friction, weights[:, :, 1]),
+        ("displacement", "m", np.asarray(lanes.displacement), seen.displacement, weights[:, :, 0]),
     ):
         counts = weight > 0
         if not counts.any():

@@ -19,8 +19,8 @@ from scipy.ndimage import median_filter
 from scipy.special import gammaincc
 
 from fitting.cycle import frequency_of
-from fitting.diagnosis.lanes.model import Model
-from fitting.diagnosis.noise.ground import Ground
+from fitting.diagnosis.lanes.bench import Bench, Point
+from fitting.diagnosis.lanes.model import Model, Prediction
 from fitting.diagnosis.unlisted.anomaly import AbstractAnomaly
 from fitting.diagnosis.where.beat import durations, frequencies, gained_by_run, refined
 from fitting.diagnosis.where.sides import motion_side
@@ -64,11 +64,10 @@ class OwnBeat(AbstractAnomaly):
         )
 
 
-def own_beat(problem: Problem, model: Model, base: Ground) -> OwnBeat | None:
-    """What there is of one under the nominal model; None where none is surely there."""
-    bench, point = base.bench, base.point
+def own_beat(problem: Problem, model: Model, bench: Bench, point: Point, seen: Prediction) -> OwnBeat | None:
+    """What there is of one under the nominal model, which is at the point; None where none is surely there.
+    `seen`: what the bench shows there."""
     tried = frequencies(problem, bench)
-    seen = model.predict(point.attached, bench.lanes, point.each(model, bench), point.own)
     side = motion_side(problem, model, bench, point, seen)
     if tried is None or side is None:
         return None

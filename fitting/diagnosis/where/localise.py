@@ -13,6 +13,7 @@ from fitting.account import joined
 from fitting.diagnosis.findings import ResidualForce, Where
 from fitting.diagnosis.lanes.bench import Bench, Point
 from fitting.diagnosis.lanes.cost import significance
+from fitting.diagnosis.lanes.jobs import predicted
 from fitting.diagnosis.lanes.model import Model
 from fitting.diagnosis.lanes.phases import AT_REST, phases_of
 from fitting.diagnosis.refits.refit import Refit
@@ -46,7 +47,7 @@ class Seen:
 def see(model: Model, bench: Bench, point: Point) -> Seen:
     """What a hypothesis leaves of every lane."""
     lanes = bench.lanes
-    x, f, v, force = model.predict(point.attached, lanes, point.each(model, bench), point.own)
+    x, f, v, force = predicted(model, bench, point)
     weight = np.asarray(lanes.displacement_weight), np.asarray(lanes.friction_weight)
     columns = (
         weight[0] * (x - np.asarray(lanes.displacement)),

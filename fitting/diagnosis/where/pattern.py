@@ -19,6 +19,7 @@ from scipy.interpolate import BSpline
 from fitting.cycle import frequency_of
 from fitting.diagnosis.findings import Patterns
 from fitting.diagnosis.lanes.bench import Bench, Point
+from fitting.diagnosis.lanes.jobs import predicted
 from fitting.diagnosis.lanes.model import Model
 from fitting.diagnosis.lanes.phases import AT_REST
 from fitting.diagnosis.where.beat import ORDERS, beat_of
@@ -54,14 +55,13 @@ class Motion(NamedTuple):
 def patterns(problem: Problem, model: Model, bench: Bench, point: Point) -> dict[str, Patterns]:
     """The patterns of the sides, by their names, at a point without effects; of a side that says nothing
     there are none."""
-    lanes = bench.lanes
-    seen = model.predict(point.attached, lanes, point.each(model, bench), point.own)
-    displacement, friction, velocity, *_ = seen
-    moving, sliding = (displacement, velocity), model.sliding(lanes, displacement, velocity)
+    seen = predicted(model, bench, point)
+    moving = seen.displacement, seen.velocity
+    sliding = model.sliding(bench.lanes, *moving)
     mechanics = MECHANICS if problem.friction_recorded else MOTION
     sides = {
         mechanics: (motion_side(problem, model, bench, point, seen), moving),
-        FRICTION: (friction_side(problem, bench, friction, sliding[1]), sliding),
+        FRICTION: (friction_side(problem, bench, seen.friction, sliding[1]), sliding),
     }
     return {
         name: _patterns(problem, bench, side, *motion)

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.linalg import expm, solve_triangular
 
 from fitting.diagnosis.lanes.bench import Bench, Point
-from fitting.diagnosis.lanes.model import Model
+from fitting.diagnosis.lanes.model import Model, Prediction
 from fitting.diagnosis.lanes.phases import phases_of
 from fitting.diagnosis.noise.linked import response, rigs_of
 from fitting.problem import Problem
@@ -66,11 +66,9 @@ class Side:
         return float(over.sum() / max(np.std(over) * np.sqrt(len(over)), 1e-300))
 
 
-def motion_side(
-    problem: Problem, model: Model, bench: Bench, point: Point, seen: tuple[np.ndarray, ...]
-) -> Side | None:
+def motion_side(problem: Problem, model: Model, bench: Bench, point: Point, seen: Prediction) -> Side | None:
     """What the motion lacks where friction is as it was measured, every lane's start and the rig left open.
-    `seen`: what `Model.predict` says of the bench at the point, displacement, friction and velocity first."""
+    `seen`: what the bench shows at the point."""
     lanes, measured = bench.lanes, problem.friction_recorded
     known: dict[tuple[float, ...], _Free] = {}
     rigs, pieces = rigs_of(model, bench, point), []
@@ -88,20 +86,20 @@ def motion_side(
         if key not in known:
             known[key] = _freed(*key)
         white, moves, felt, lags = known[key]
-        lacks = np.asarray(lanes.displacement)[lane, motion] - seen[0][lane, motion]
+        lacks = np.asarray(lanes.displacement)[lane, motion] - seen.displacement[lane, motion]
         if measured:
-            lacks = lacks - moves @ (np.asarray(lanes.friction)[lane, motion] - seen[1][lane, motion])
+            lacks = lacks - moves @ (np.asarray(lanes.friction)[lane, motion] - seen.friction[lane, motion])
         pieces.append(Piece(lane, white @ lacks, felt, lags, samples - 2.0, motion))
     side = _side(pieces)
     return None if side is None else _with_the_rig_open(side, bench, seen)
 
 
-def _with_the_rig_open(side: Side, bench: Bench, seen: tuple[np.ndarray, ...]) -> Side:
+def _with_the_rig_open(side: Side, bench: Bench, seen: Prediction) -> Side:
     """The side less what another mass, stiffness and damping would do."""
     intervals = np.asarray(bench.lanes.interval)
     columns = []
     for piece in side.pieces:
-        x, v = (seen[n][piece.lane, piece.motion] for n in (0, 2))
+        x, v = (values[piece.lane, piece.motion] for values in (seen.displacement, seen.velocity))
         columns.append(piece.felt @ np.stack([np.gradient(v, intervals[piece.lane]), v, x], axis=1))
     left = np.concatenate([piece.left for piece in side.pieces])
     amounts = np.linalg.lstsq(np.concatenate(columns), left, rcond=None)[0]

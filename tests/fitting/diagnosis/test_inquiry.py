@@ -174,8 +174,11 @@ def test_what_no_effect_does_is_looked_for_where_nothing_is_named(
 ):
     for finder in ("bad_samples", "bursts", "held_samples", "own_beat", "unrest"):
         monkeypatch.setattr(inquiries, finder, lambda *_, it=finder: it if it in there else None)
+    monkeypatch.setattr(inquiries, "predicted", lambda *_: None)
     anything: Any = SimpleNamespace(
-        model=None, ground=SimpleNamespace(scatter=None), problem=SimpleNamespace(period=1.0)
+        model=None,
+        ground=SimpleNamespace(scatter=None, bench=None, point=None),
+        problem=SimpleNamespace(period=1.0),
     )
 
     def judged(verdict: str) -> Any:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
+from fitting.diagnosis.lanes.jobs import predicted
 from fitting.diagnosis.unlisted.bursts import Bursts, bursts
 from jaxstick.parts.drive import SineDrive
 from jaxstick.record import Run
@@ -41,8 +40,7 @@ def found_in(heights: tuple[float, ...], falls: float = 0.0) -> Bursts | None:
         runs.append(noisy(raised(run, random, -height, falls), random))
     model, bench = laid_out(dataset(*runs))
     point = from_the_truth(model, bench, (), model.origin(TRUTH)).point
-    base: Any = SimpleNamespace(bench=bench, point=point)
-    return bursts(model, base, PERIOD)
+    return bursts(bench, predicted(model, bench, point), PERIOD)
 
 
 def test_moments_of_higher_friction_are_found_with_their_height_and_share():

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
+from fitting.diagnosis.lanes.jobs import predicted
 from fitting.diagnosis.unlisted.held_samples import HeldSamples, held_samples
 from jaxstick.parts.drive import SineDrive
 from jaxstick.record import Run
@@ -77,8 +76,7 @@ def found_in(
         made.append(run if recorded else dataclasses.replace(run, friction=None))
     model, bench = laid_out(dataset(*made))
     point = from_the_truth(model, bench, (), model.origin(TRUTH)).point
-    base: Any = SimpleNamespace(bench=bench, point=point)
-    return held_samples(model, base)
+    return held_samples(bench, predicted(model, bench, point))
 
 
 def test_a_force_that_is_held_is_found():

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
+from fitting.diagnosis.lanes.jobs import predicted
 from fitting.diagnosis.unlisted.own_beat import OwnBeat, own_beat
 from fitting.problem import pose
 from fitting.settings import Settings
@@ -44,8 +43,8 @@ def found_in(
     stated = dataset(*made)
     model, bench = laid_out(stated)
     point = from_the_truth(model, bench, (), model.origin(TRUTH)).point
-    base: Any = SimpleNamespace(bench=bench, point=point)
-    return own_beat(pose(stated, Settings(workers=WORKERS)), model, base)
+    seen = predicted(model, bench, point)
+    return own_beat(pose(stated, Settings(workers=WORKERS)), model, bench, point, seen)
 
 
 def test_a_small_force_that_oscillates_is_found_with_its_frequency():
