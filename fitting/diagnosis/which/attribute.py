@@ -145,8 +145,7 @@ def attribute(
     singles = [e for e in found if len(e.keys) == 1]
     changing = in_step(model, bench, nominal, singles, first.shapes, progress)
     found = best_of([*found, *changing])
-    nominal = borrowed(model, bench, nominal, found[0].refit)
-    found = none_above(model, bench, nominal, found)
+    nominal, found = _lent_on(model, bench, nominal, found)
     best, singles = found[0], [e for e in found if len(e.keys) == 1]
     floor = min(floor, floor_of(model, bench, [nominal, best.refit]))
     left = nominal.misfit / floor, best.refit.misfit / floor
@@ -174,10 +173,17 @@ def _level(
     it. Where one of these ends below it, it has found what is lost in all others, and lends that in turn to
     the nominal model, and so to all."""
     level = brought_level(model, bench, found)
-    if level[0].refit.misfit < min(e.refit.misfit for e in found):
-        nominal = borrowed(model, bench, nominal, level[0].refit)
-        level = none_above(model, bench, nominal, level)
-    return nominal, level
+    ends_below = level[0].refit.misfit < min(e.refit.misfit for e in found)
+    return _lent_on(model, bench, nominal, level) if ends_below else (nominal, level)
+
+
+def _lent_on(
+    model: Model, bench: Bench, nominal: Refit, found: Sequence[Explanation]
+) -> tuple[Refit, list[Explanation]]:
+    """The nominal model with what the best explanation lends to it, and all of them, best first, with what it
+    lends to those that end above it."""
+    nominal = borrowed(model, bench, nominal, found[0].refit)
+    return nominal, none_above(model, bench, nominal, found)
 
 
 def on_another_contact(model: Model, bench: Bench, found: Attribution, other: Model) -> Attribution:
