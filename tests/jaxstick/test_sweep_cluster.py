@@ -26,6 +26,8 @@ ROOT = Path(__file__).resolve().parents[2]
 OPTIONS = ("--ratios", "0.35:0.9:24", "--amplitudes-mm", "10.325", "--chunk", "2")
 
 CHUNKS = 12
+QUIET = 8.0
+"""A worker that finishes nothing for so long [s] has nothing to do, or compiles."""
 
 
 class Launch:
@@ -101,14 +103,17 @@ def kept(out: Path) -> int:
 
 
 def kill_halfway(victim: subprocess.Popen[bytes], out: Path, seen: list[int]) -> None:
-    """Freezes a worker after the first chunk, so that it keeps the chunks it is at, and kills it when the
-    others are done."""
+    """Freezes a worker after the first chunk, so that it keeps the chunks it is at, and kills it when most
+    are done, or the other one has nothing more to do: how many a worker keeps is up to the scheduler."""
     end = time.monotonic() + 120
     while kept(out) < 1 and time.monotonic() < end:
         time.sleep(0.01)
     victim.send_signal(signal.SIGSTOP)
-    while kept(out) < CHUNKS - 4 and time.monotonic() < end:
+    done, since = kept(out), time.monotonic()
+    while done < CHUNKS - 4 and time.monotonic() < since + QUIET:
         time.sleep(0.01)
+        if kept(out) > done:
+            done, since = kept(out), time.monotonic()
     time.sleep(0.3)
     seen.append(kept(out))
     victim.send_signal(signal.SIGKILL)
