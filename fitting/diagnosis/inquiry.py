@@ -35,6 +35,7 @@ from fitting.diagnosis.unlisted.anomaly import AbstractAnomaly
 from fitting.diagnosis.unlisted.bad_samples import bad_samples
 from fitting.diagnosis.unlisted.bursts import bursts
 from fitting.diagnosis.unlisted.held_samples import held_samples
+from fitting.diagnosis.unlisted.jumps import jumps
 from fitting.diagnosis.unlisted.own_beat import own_beat
 from fitting.diagnosis.unlisted.unrest import Unrest, unrest
 from fitting.diagnosis.which.attribute import Attribution, attribute
@@ -161,7 +162,7 @@ def inquire(paper: Chosen, held: Split, seed: int, progress: Progress) -> Inquir
             shrunk = _shrunk(chosen, held, found, named, seed)
     progress.advance()
     inquiry = Inquiry(chosen, bench, held, found, named, shrunk, anomalies, doubts)
-    return inquiry.disproved(_unrest_beside(inquiry, plain))
+    return _unless_restless(paper, inquiry, plain)
 
 
 def _off_the_shelf(
@@ -179,12 +180,24 @@ def _off_the_shelf(
         bad_samples(problem),
         bursts(bench, seen, problem.period),
         held_samples(bench, seen),
+        jumps(bench, seen),
         own_beat(problem, model, bench, point, seen),
     ]
     if nothing:
         strange.append(unrest(chosen.problem, chosen.model, found.nominal, chosen.ground.scatter))
     anomalies = tuple(anomaly for anomaly in strange if anomaly is not None)
     return found.astray() if nothing and anomalies else found, anomalies
+
+
+def _unless_restless(paper: Chosen, inquiry: Inquiry, plain: Bench) -> Inquiry:
+    """The inquiry once friction is known to scatter under what is named, and with that whatever else is seen
+    that no effect does."""
+    restless = _unrest_beside(inquiry, plain)
+    if restless is None:
+        return inquiry
+    disproved = inquiry.disproved(restless)
+    _, besides = _off_the_shelf(paper, inquiry.chosen, disproved.found)
+    return dataclasses.replace(disproved, anomalies=(*besides, *disproved.anomalies))
 
 
 def _unrest_beside(inquiry: Inquiry, plain: Bench) -> Unrest | None:

@@ -9,7 +9,8 @@ class AbstractAnomaly(abc.ABC):
     """A way in which records are off that no effect on the shelf has: where it is seen, what explains most of
     the gap is not all that acts, and no gap does not mean that nothing does.
 
-    A finder per anomaly (`bursts`, `held_samples`, `own_beat`, `trend_of`, ..) says whether it is there.
+    A finder per anomaly (`bursts`, `held_samples`, `jumps`, `own_beat`, `trend_of`, ..) says whether it is
+    there.
     """
 
     @property

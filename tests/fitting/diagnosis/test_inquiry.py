@@ -163,6 +163,7 @@ def test_other_runs_are_held_out_where_something_else_acts(monkeypatch, first, s
         ("none", (), ("unrest",), ("unrest",), "unlisted"),
         ("none", (), ("bad_samples",), ("bad_samples",), "unlisted"),
         ("none", (), ("held_samples",), ("held_samples",), "unlisted"),
+        ("none", (), ("jumps",), ("jumps",), "unlisted"),
         ("none", (), ("own_beat",), ("own_beat",), "unlisted"),
         ("none", (), (), (), "none"),
         ("unlisted", (), ("bad_samples", "bursts", "unrest"), ("bad_samples", "bursts"), "unlisted"),
@@ -172,7 +173,7 @@ def test_other_runs_are_held_out_where_something_else_acts(monkeypatch, first, s
 def test_what_no_effect_does_is_looked_for_where_nothing_is_named(
     monkeypatch, verdict, named, there, seen, after
 ):
-    for finder in ("bad_samples", "bursts", "held_samples", "own_beat", "unrest"):
+    for finder in ("bad_samples", "bursts", "held_samples", "jumps", "own_beat", "unrest"):
         monkeypatch.setattr(inquiries, finder, lambda *_, it=finder: it if it in there else None)
     monkeypatch.setattr(inquiries, "predicted", lambda *_: None)
     anything: Any = SimpleNamespace(
@@ -218,10 +219,12 @@ def test_what_closes_no_gap_is_not_the_cause_where_friction_scatters_and_does_no
     shrunk = dataclasses.replace(CLOSED, before=1.2, floor=1.0, interval=share)
     one = dataclasses.replace(one, chosen=chosen, shrunk=shrunk)
     plain: Any = "plain"
-    found = one.disproved(inquiries._unrest_beside(one, plain))
+    paper: Any = "paper"
+    monkeypatch.setattr(inquiries, "_off_the_shelf", lambda *words: (words, ("a beat",)))
+    found = inquiries._unless_restless(paper, one, plain)
     assert (found is one) is stays
     if not stays:
-        assert (found.found, found.named, found.anomalies) == ("refuted", None, (Unrest(0.23),))
+        assert (found.found, found.named, found.anomalies) == ("refuted", None, ("a beat", Unrest(0.23)))
         assert one.named is not None and asked == [("model", "plain", "point", 0.2), one.named.refit]
 
 
