@@ -97,13 +97,15 @@ def test_what_else_friction_does_is_no_jump(factor, of, wrong):
     assert found_in(factor, of, wrong=wrong) is None
 
 
-def lane(velocity: float, modelled_jump: float) -> tuple[Any, Any]:
+def lanes_of(velocity: float = 1.0, modelled_jump: float = 0.0, level: float = 1.0) -> tuple[Any, Any]:
     """A bench of two lanes in which friction of 1 N jumps by HEIGHT under a model that keeps its level, or
-    jumps as well; the mass slides fast in the first, and at this share of that speed where friction jumps."""
+    jumps as well; the mass slides fast in the first, and at this share of that speed where friction jumps,
+    which is lower there by a factor, `level`."""
     random = np.random.default_rng(3)
-    friction = 1 + 0.002 * random.standard_normal((2, 200))
-    friction[1, 100:] += HEIGHT
     expected, speed = np.ones((2, 200)), np.ones((2, 200))
+    expected[1] = level
+    friction = expected + 0.002 * random.standard_normal((2, 200))
+    friction[1, 100:] += HEIGHT
     expected[1, 100:] += modelled_jump
     speed[1] = velocity
     lanes = SimpleNamespace(friction=friction, friction_weight=np.ones((2, 200)))
@@ -112,12 +114,13 @@ def lane(velocity: float, modelled_jump: float) -> tuple[Any, Any]:
 
 
 def test_a_jump_is_one_of_the_record_while_the_mass_slides_fast():
-    found = jumps(*lane(1.0, 0.0))
+    found = jumps(*lanes_of())
     assert found is not None and (found.count, found.runs, found.of) == (1, 1, 1)
     assert found.height == pytest.approx(HEIGHT, rel=0.05)
-    assert jumps(*lane(0.2, 0.0)) is None
-    assert jumps(*lane(1.0, 2 * HEIGHT)) is None
-    assert jumps(*lane(1.0, -HEIGHT)) is None
+    assert jumps(*lanes_of(velocity=0.2)) is None
+    assert jumps(*lanes_of(modelled_jump=2 * HEIGHT)) is None
+    assert jumps(*lanes_of(modelled_jump=-HEIGHT)) is None
+    assert jumps(*lanes_of(level=0.2)) is None
 
 
 def test_without_a_friction_force_there_is_none_to_be_seen():
