@@ -32,6 +32,8 @@ ON_LEVEL = 0.5
 """comes where friction is more than this share of its level, for else it is about to turn,"""
 AT_ONCE = 0.8
 """has this share of its height over the short span already,"""
+LASTS = 0.5
+"""is no single sample that is off, but has this share of it between medians as well,"""
 UNSEEN = 0.3
 """and is none of the model, which makes less than this share of it: where it turns, or sticks, when the mass
 does not, it differs by as much as suddenly."""
@@ -97,23 +99,35 @@ def _heights(
     looked_at = sliding_window_view(within, 2 * SPAN, axis=1).all(axis=2)
     if np.count_nonzero(looked_at) < FEWEST_PLACES:
         return None
-    rise, modelled = _steps(recorded - expected, SPAN), _steps(expected, SPAN)
+    rise = _rises(recorded - expected)
     usual, scale = np.median(rise[looked_at]), robust_deviation(rise[looked_at])
     off = np.where(looked_at, np.abs(rise - usual), 0.0)
-    short = _steps(recorded - expected, SHORT)
     heights = []
     for lane in range(len(off)):
         for place in find_peaks(off[lane], height=FAR * scale, distance=2 * SPAN)[0]:
-            height, there = rise[lane, place], place + SPAN - SHORT
-            at_once = np.max(np.sign(height) * short[lane, there - 1 : there + 2]) > AT_ONCE * abs(height)
-            unseen = abs(modelled[lane, place]) < UNSEEN * abs(height + modelled[lane, place])
-            on_level = recorded[lane, place : place + 2 * SPAN].min() > ON_LEVEL
-            if at_once and unseen and on_level:
-                heights.append(abs(height))
+            around = slice(place, place + 2 * SPAN)
+            if _is_a_jump(recorded[lane, around], expected[lane, around]):
+                heights.append(abs(rise[lane, place]))
     return np.array(heights)
 
 
-def _steps(values: np.ndarray, span: int) -> np.ndarray:
-    """By how much the mean of so many samples exceeds that of as many before (lanes, places between them)."""
-    means = sliding_window_view(values, span, axis=1).mean(axis=2)
-    return means[:, span:] - means[:, :-span]
+def _rises(values: np.ndarray) -> np.ndarray:
+    """By how much the mean of `SPAN` samples exceeds that of as many before (lanes, places)."""
+    means = sliding_window_view(values, SPAN, axis=1).mean(axis=2)
+    return means[:, SPAN:] - means[:, :-SPAN]
+
+
+def _is_a_jump(recorded: np.ndarray, expected: np.ndarray) -> bool:
+    """Whether friction, as recorded and as modelled in `SPAN` samples before a place and as many behind it,
+    goes from one level to another there at once and by itself."""
+    beyond = recorded - expected
+    height, modelled = _rises(beyond[None]).item(), _rises(expected[None]).item()
+    sense, size = np.sign(height), abs(height)
+    short = [
+        beyond[middle : middle + SHORT].mean() - beyond[middle - SHORT : middle].mean()
+        for middle in range(SPAN - 1, SPAN + 2)
+    ]
+    at_once = max(sense * step for step in short)
+    lasts = sense * (np.median(beyond[SPAN:]) - np.median(beyond[:SPAN]))
+    unseen = abs(modelled) < UNSEEN * abs(height + modelled)
+    return bool(recorded.min() > ON_LEVEL and at_once > AT_ONCE * size and lasts > LASTS * size and unseen)

@@ -31,6 +31,13 @@ def raised(samples: int, random: np.random.Generator) -> np.ndarray:
     return factor
 
 
+def spiked(samples: int, random: np.random.Generator) -> np.ndarray:
+    """Single samples that are off, one in forty."""
+    factor = np.ones(samples)
+    factor[20::40] += 4 * HEIGHT
+    return factor
+
+
 def scattered(samples: int, random: np.random.Generator, deviation: float = HEIGHT) -> np.ndarray:
     """Friction that scatters by as much as it jumps elsewhere, with a memory of half a natural period."""
     keeps = np.exp(-1 / MEMORY)
@@ -89,6 +96,7 @@ def test_four_runs_of_six_are_enough():
         pytest.param(steady, 6, 1.0, id="noise alone"),
         pytest.param(scattered, 6, 1.0, id="it scatters"),
         pytest.param(swelling, 6, 1.0, id="it swells"),
+        pytest.param(spiked, 6, 1.0, id="single samples are off"),
         pytest.param(raised, 3, 1.0, id="in no more than half of the runs"),
         pytest.param(steady, 6, 1.2, id="the model is wrong"),
     ],
