@@ -16,7 +16,7 @@ from fitting.diagnosis.noise.repeatability import floor_of
 from fitting.diagnosis.noise.scatter import Scatter
 from fitting.diagnosis.refits.refit import refit
 from fitting.diagnosis.which.another_time import in_another_time
-from fitting.diagnosis.which.attribute import Attribution, attribute, on_another_bench
+from fitting.diagnosis.which.attribute import Attribution, attribute, on_another_bench, with_pairs_anew
 from fitting.diagnosis.which.contacts import Chosen, concerns_contact
 from fitting.diagnosis.which.explanation import best_of, fitted_again
 from fitting.diagnosis.which.other_contact import beside_single_effects
@@ -120,8 +120,9 @@ def less_scattered(
     """The choice, the bench and what explains the records there, where less does not repeat itself under the
     best explanation, fitted to residuals in units of the noise, than was taken for it: what a wrong model
     leaves is not the same in every cycle where the motion is not, and in units of that it hides what acts
-    besides. All are weighed anew by what is left of it, once more where that is overrated still, or, where it
-    is hardly more than the noise, sought anew in units of the noise."""
+    besides. All are weighed anew by what is left of it, pairs are sought there, and all weighed once more by
+    what the best of these leaves of it, and where that is overrated still; or, where it is hardly more than
+    the noise, all are sought anew in units of the noise."""
     taken = chosen.ground.scatter
     if not bench.scatters or taken is None:
         return chosen, bench, found
@@ -133,7 +134,13 @@ def less_scattered(
         return dataclasses.replace(chosen, ground=ground), plain, found
     if taken.exceeds(Scatter.of(model, plain, best.point, chosen.problem.period)):
         chosen, bench = _evened(chosen, paper.ground.bench, plain, held, best.point)
-        found = on_another_bench(model, bench, found)
+        known = on_another_bench(model, bench, found)
+        found = with_pairs_anew(model, bench, known, progress)
+        if found.explanations[0].keys != known.explanations[0].keys:
+            chosen, bench = _evened(
+                chosen, paper.ground.bench, plain, held, found.explanations[0].refit.point
+            )
+            found = on_another_bench(model, bench, found)
         return weighed_anew(paper, chosen, bench, plain, held, found)
     return chosen, bench, found
 

@@ -24,7 +24,7 @@ from fitting.diagnosis.noise.repeatability import floor_of, wanders
 from fitting.diagnosis.refits.influence import told_by_many
 from fitting.diagnosis.refits.refit import Refit, refit
 from fitting.diagnosis.refits.release import borrowed, released
-from fitting.diagnosis.which.chain import other_way_round
+from fitting.diagnosis.which.chain import on_the_other_side, other_way_round
 from fitting.diagnosis.which.contacts import NOTABLE, carried
 from fitting.diagnosis.which.contained import brought_level, lent, none_above
 from fitting.diagnosis.which.explanation import Explanation, best_of
@@ -159,11 +159,45 @@ def attribute(
         pairs = best_of([*pairs, *pairs_beside(model, bench, singles, around, floor, progress)])
     elif len(best.keys) > 1:
         pairs = in_place_of_either(model, bench, pairs, 0, first.shapes, progress)
+    nominal, found = _all_together(model, bench, nominal, singles, pairs, first, floor, progress)
+    return _weighed(model, bench, nominal, found, first, _inflation(bench, around, floor), floor)
+
+
+def with_pairs_anew(model: Model, bench: Bench, found: Attribution, progress: Progress) -> Attribution:
+    """The same, with pairs sought on a bench that residuals are weighed anew on since, where nothing known
+    leaves what passes for noise there: what they were weighed by before hid the second effect."""
+    singles, pairs = ([e for e in found.explanations if (len(e.keys) > 1) is two] for two in (False, True))
+    best, floor = singles[0].refit, found.floor
+    leaves = found.explanations[0].refit.misfit / floor
+    if passes_for_noise(leaves) or not hints(found.nominal.misfit / floor, best.misfit / floor):
+        return found
+    around = screen(model, bench, best)
+    pairs = best_of([*pairs, *pairs_beside(model, bench, singles, around, floor, progress)])
+    nominal, best = _all_together(model, bench, found.nominal, singles, pairs, found.screen, floor, progress)
+    return _weighed(model, bench, nominal, best, found.screen, _inflation(bench, around, floor), floor)
+
+
+def _all_together(
+    model: Model,
+    bench: Bench,
+    nominal: Refit,
+    singles: Sequence[Explanation],
+    pairs: Sequence[Explanation],
+    first: Screen,
+    floor: float,
+    progress: Progress,
+) -> tuple[Refit, list[Explanation]]:
+    """The nominal model and all explanations, best first, each effect of the best pairs by itself among them,
+    and lanes that are lost in one and not in another found in either. Where no two leave what passes for
+    noise, links of the measuring chain are tried in the order in which they were not."""
+    found = list(singles)
     if pairs:
         pairs = best_of([*pairs, *other_way_round(model, bench, pairs[:BEST], floor)])
+        if not passes_for_noise(pairs[0].refit.misfit / floor):
+            turned = on_the_other_side(model, bench, singles[0], first.shapes, progress)
+            pairs = best_of([*pairs, *turned])
         found = best_of([*singles, *pairs, *each_alone(model, bench, singles, pairs, first)])
-    nominal, found = _level(model, bench, nominal, found)
-    return _weighed(model, bench, nominal, found, first, _inflation(bench, around, floor), floor)
+    return _level(model, bench, nominal, found)
 
 
 def _level(

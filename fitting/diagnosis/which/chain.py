@@ -9,9 +9,15 @@ from collections.abc import Sequence
 from fitting.diagnosis.judging.enough import passes_for_noise
 from fitting.diagnosis.lanes.bench import Bench, Point
 from fitting.diagnosis.lanes.model import Model
-from fitting.diagnosis.refits.refit import refit
+from fitting.diagnosis.refits.refit import Refit, refit
+from fitting.diagnosis.which.contest import contest
 from fitting.diagnosis.which.explanation import Explanation
+from fitting.diagnosis.which.screen import Shapes, screen
 from fitting.diagnosis.which.survey import freed
+from fitting.progress import Progress
+
+TRIED = 3
+"""So many links are tried on the other side of the one that explains most."""
 
 
 def other_way_round(
@@ -29,6 +35,29 @@ def other_way_round(
     tried = [e.fitted(fit) for e, fit in zip(chains, fits, strict=True)]
     better = [new for new, old in zip(tried, chains, strict=True) if new.refit.misfit < old.refit.misfit]
     return freed(model, bench, better) if better else []
+
+
+def on_the_other_side(
+    model: Model, bench: Bench, one: Explanation, shapes: Shapes, progress: Progress
+) -> list[Explanation]:
+    """Pairs, the best first, of a link of the measuring chain with others that stand on the other side of it
+    than in the order of the shelf, where these may show nothing: the play of a hysteresis, say, is wide open
+    to a force that has a hum on it already. None where the one effect is no link."""
+    links = [key for key in model.sharing.whole if model.shelf.effects[key].on_chain()]
+    (known,) = one.keys
+    if known not in links:
+        return []
+    place = links.index(known)
+    turned = (*links[place + 1 :], known, *links[:place])
+    begin = dataclasses.replace(one.refit, point=dataclasses.replace(one.refit.point, turned=turned))
+    promises = screen(model, bench, begin, only={*links} - {known}, shapes=shapes).ranked[:TRIED]
+    found = contest(model, bench, begin, promises, TRIED, progress)
+    return freed(model, bench, [pair.fitted(_only_these_turned(pair)) for pair in found])
+
+
+def _only_these_turned(pair: Explanation) -> Refit:
+    point = pair.refit.point
+    return dataclasses.replace(pair.refit, point=dataclasses.replace(point, turned=point.acting(pair.keys)))
 
 
 def _turned(pair: Explanation) -> Point:

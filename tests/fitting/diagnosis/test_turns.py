@@ -258,6 +258,7 @@ class Again:
             Judged((Explanation((UNEVEN,), PROMISE, one),)) for one in refits
         )
         self.benches: list[Bench] = []
+        self.paired: list[tuple[Bench, Judged]] = []
 
         def told(bench: Bench, found: Judged) -> Judged:
             self.benches.append(bench)
@@ -266,6 +267,11 @@ class Again:
         def by_turns(_: object, bench: Bench, found: Judged) -> Judged:
             return told(bench, self.weighed[len(self.benches)])
 
+        def paired(_: object, bench: Bench, found: Judged, progress: object) -> Judged:
+            self.paired.append((bench, found))
+            return found
+
+        monkeypatch.setattr(turns, "with_pairs_anew", paired)
         monkeypatch.setattr(turns, "refit", lambda *_: [laid.right])
         monkeypatch.setattr(turns, "floor_of", lambda _, bench, fits: floor if bench is laid.plain else None)
         monkeypatch.setattr(turns, "on_another_bench", by_turns)
@@ -286,10 +292,12 @@ def test_what_repeats_itself_under_the_best_explanation_is_sought_in_units_of_th
 
 
 def test_what_scatters_less_under_the_best_explanation_is_weighed_anew(laid, monkeypatch):
+    """And pairs are sought there, for what was weighed by hid what a second effect does."""
     made = Again(laid, monkeypatch, laid.poor, 60.0, 0.9)
     assert made.out is made.weighed[0] and made.benches == [made.bench] and made.bench is not made.before
     model, period = laid.paper.model, laid.paper.problem.period
     assert made.again.ground.scatter == Scatter.of(model, laid.plain, laid.right.point, period)
+    assert made.paired == [(made.bench, made.weighed[0])]
 
 
 def test_what_is_overrated_where_the_best_was_fitted_in_units_of_the_noise_is_weighed_once_more(

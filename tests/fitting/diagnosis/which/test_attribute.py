@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis.accounts import Account, within_scatter
+from fitting.diagnosis.findings import Yardstick
 from fitting.diagnosis.lanes.model import Shelf
 from fitting.diagnosis.which import attribute as attributes
 from fitting.diagnosis.which.attribute import (
@@ -80,6 +81,7 @@ def test_what_is_found_beside_wandering_takes_the_place_of_a_worse_fit_of_the_sa
         "pairs_beside": [leaving(1.5, "one", "drift")],
         "each_alone": [],
         "other_way_round": [leaving(1.2, "one", "drift")],
+        "on_the_other_side": [],
         "_inflation": 1.0,
     }
     for name, answer in replaced.items():
@@ -119,6 +121,61 @@ def test_a_lane_that_only_the_next_best_finds_is_found_in_the_nominal_model_too(
         assert nominal.misfit == pytest.approx(expected)
         assert others[0].refit.misfit == pytest.approx(min(reached, 1.048))
         assert max(e.refit.misfit for e in others) <= nominal.misfit
+
+
+@pytest.mark.parametrize(
+    ("left", "sought"),
+    [(1.2, True), (1.07, False), (8.95, False)],
+    ids=["leaves more than noise", "leaves noise", "leaves nearly all"],
+)
+def test_pairs_are_sought_anew_where_all_leave_more_once_weighed_anew(monkeypatch, left, sought):
+    """As beside a hum, which does not repeat itself from cycle to cycle, in a sealed case."""
+
+    def leaving(misfit: float, *keys: str) -> Any:
+        return SimpleNamespace(keys=keys, refit=SimpleNamespace(misfit=2.0 * misfit))
+
+    known = leaving(left, "hum", "table"), leaving(left + 0.1, "hum"), leaving(9.5, "gain")
+    nominal: Any = SimpleNamespace(misfit=18.0)
+    first: Any = SimpleNamespace(shapes="shapes")
+    around: Any = "around"
+    asked: list[Any] = []
+
+    def pairs_beside(model: Any, bench: Any, singles: Any, *others: Any) -> Any:
+        asked.append([e.keys for e in singles])
+        return [leaving(1.15, "hum", "table"), leaving(1.3, "hum", "delay")]
+
+    def on_the_other_side(model: Any, bench: Any, one: Any, shapes: Any, progress: Any) -> Any:
+        asked.append((one.keys, shapes))
+        return [leaving(0.9, "hum", "hysteresis")]
+
+    replaced = {
+        "screen": lambda *_: around,
+        "pairs_beside": pairs_beside,
+        "other_way_round": lambda *_: [],
+        "on_the_other_side": on_the_other_side,
+        "each_alone": lambda *_: [leaving(8.0, "hysteresis")],
+        "_level": lambda model, bench, nominal, found: (nominal, found),
+        "_inflation": lambda *_: 1.0,
+        "_weighed": lambda model, bench, nominal, found, *_: found,
+    }
+    for name, answer in replaced.items():
+        monkeypatch.setattr(attributes, name, answer)
+    judgement: Any = None
+    found = Attribution(nominal, known, first, judgement, Yardstick(18.0, 2.0, 1e4, 1.0))
+    nothing: Any = None
+    anew: Any = attributes.with_pairs_anew(nothing, nothing, found, nothing)
+    if not sought:
+        assert anew is found and not asked
+        return
+    assert asked == [[("hum",), ("gain",)], (("hum",), "shapes")]
+    assert {e.keys: e.refit.misfit / 2 for e in anew} == {
+        ("hum", "hysteresis"): 0.9,
+        ("hum", "table"): 1.15,
+        ("hum", "delay"): 1.3,
+        ("hum",): left + 0.1,
+        ("hysteresis",): 8.0,
+        ("gain",): 9.5,
+    }
 
 
 @pytest.mark.parametrize(

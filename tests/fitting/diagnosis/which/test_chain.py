@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from fitting.correction import correction_of
-from fitting.diagnosis.lanes.bench import Bench
+from fitting.diagnosis.lanes.bench import Bench, Point
 from fitting.diagnosis.lanes.model import Model
 from fitting.diagnosis.refits.refit import refit
-from fitting.diagnosis.which.chain import other_way_round
+from fitting.diagnosis.which import chain
+from fitting.diagnosis.which.chain import on_the_other_side, other_way_round
 from fitting.diagnosis.which.explanation import Explanation
 from fitting.diagnosis.which.screen import Promise
 from fitting.diagnosis.which.survey import nominal_on
 from fitting.problem import Problem
+from fitting.progress import Silent
 from jaxstick.effect import AbstractEffect
 from jaxstick.effects.force_clipping import ForceClipping
 from jaxstick.effects.mains_hum import MainsHum
@@ -76,3 +80,38 @@ def test_what_leaves_noise_or_is_no_chain_stays_as_it_is():
     assert other_way_round(model, bench, [pair], 0.5) == []
     friction = dataclasses.replace(pair, keys=("asymmetric_friction", "mains_hum"))
     assert other_way_round(model, bench, [friction], 0.5) == []
+
+
+@dataclasses.dataclass(frozen=True)
+class Fit:
+    """Where it stands."""
+
+    point: Point
+
+
+def test_links_are_tried_on_the_other_side_of_the_one_that_is_known(monkeypatch):
+    """As a hysteresis was found before the hum that comes to the force behind it, in a sealed case, where one
+    that the hum goes through showed nothing."""
+    whole, links = ("clip", "hum", "delay", "friction"), ("clip", "hum", "delay")
+    effects = {key: SimpleNamespace(on_chain=lambda key=key: key in links) for key in whole}
+    model: Any = SimpleNamespace(sharing=SimpleNamespace(whole=whole), shelf=SimpleNamespace(effects=effects))
+    asked: list[Any] = []
+
+    def screen(model: Any, bench: Any, at: Any, only: Any, shapes: Any) -> Any:
+        asked.append((at.point.arranged(whole), sorted(only), shapes))
+        return SimpleNamespace(ranked=[1, 2, 3, 4])
+
+    def contest(model: Any, bench: Any, begin: Any, promises: Any, finalists: int, progress: Any) -> Any:
+        asked.append((promises, finalists))
+        pair = dataclasses.replace(begin.point, keys=("clip", "hum"))
+        return [Explanation(("hum", "clip"), PROMISE, dataclasses.replace(begin, point=pair))]
+
+    monkeypatch.setattr(chain, "screen", screen)
+    monkeypatch.setattr(chain, "contest", contest)
+    monkeypatch.setattr(chain, "freed", lambda model, bench, found: found)
+    fit: Any = Fit(Point(("clip", "hum", "delay"), NOTHING, NOTHING, NOTHING, NOTHING))
+    bench: Any = None
+    (found,) = on_the_other_side(model, bench, Explanation(("hum",), PROMISE, fit), (), Silent())
+    assert asked == [(("delay", "hum", "clip", "friction"), ["clip", "delay"], ()), ([1, 2, 3], 3)]
+    assert found.refit.point.turned == found.refit.point.attached == ("hum", "clip")
+    assert on_the_other_side(model, bench, Explanation(("friction",), PROMISE, fit), (), Silent()) == []
