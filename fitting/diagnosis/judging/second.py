@@ -88,24 +88,41 @@ class Alone:
         if self.best >= 1 + shape:
             return False
         if self._left < LITTLE and self._are_collinear(two.keys):
-            return True
+            return not self._outdoes_a_needed_one(two)
+        return self._mends(frozenset(two.keys), two.misfit)
+
+    def _mends(self, two: frozenset[str], together: float) -> bool:
+        """Whether the second of two effects only mends the shape of the first: what they leave `together`."""
         if self.best < 1 + HARDLY * self._excess:
-            return two.misfit > 1 + ALL_BUT * self._left or self._without(two) <= 1 + MOST * self._left
+            return together > 1 + ALL_BUT * self._left or self._without(two) <= 1 + MOST * self._left
         nearly = {key for key, misfit in self.misfits.items() if misfit <= 1 + NEARLY * self._left}
-        mended = MENDED_BY_ONE if self._stands_apart(two) else MENDED
-        return not nearly & {*two.keys} or two.misfit > 1 + mended * self._left
+        mended = MENDED_BY_ONE if self._stands_apart(two, together) else MENDED
+        return not nearly & two or together > 1 + mended * self._left
+
+    def _outdoes_a_needed_one(self, two: Account) -> bool:
+        """Whether another second effect, whose traces are not collinear with those of the best alone, is
+        evidence for a second, and leaves more than this one does beside the same: where a second is needed
+        anyway, it may be the collinear one."""
+        first = min(self.misfits, key=self.misfits.__getitem__)
+        return first in two.keys and any(
+            first in keys
+            and two.misfit < misfit
+            and not self._are_collinear(keys)
+            and not self._mends(keys, misfit)
+            for keys, misfit in self.together.items()
+        )
 
     def _are_collinear(self, keys: Collection[str]) -> bool:
         """Whether one of these effects does in part what another of them does."""
         return any(not set(keys).isdisjoint(self.collinear.get(key, ())) for key in keys)
 
-    def _stands_apart(self, two: Account) -> bool:
+    def _stands_apart(self, two: frozenset[str], together: float) -> bool:
         """Whether far more is left without the second of two, whatever was tried in its place."""
-        return self._left >= NOT_LITTLE and self._without(two) - 1 > APART * (two.misfit - 1)
+        return self._left >= NOT_LITTLE and self._without(two) - 1 > APART * (together - 1)
 
-    def _without(self, two: Account) -> float:
+    def _without(self, two: frozenset[str]) -> float:
         """What is left without the second of two, whatever was tried in its place; 0 where nothing was."""
-        second = max(two.keys, key=lambda key: self.misfits.get(key, math.inf))
+        second = max(sorted(two), key=lambda key: self.misfits.get(key, math.inf))
         without = {second, *self.same.get(second, ())}
         others = [misfit for keys, misfit in self.together.items() if not keys & without]
         return min([self.best, *others]) if others else 0.0

@@ -318,6 +318,24 @@ def test_what_a_collinear_second_takes_of_little_is_a_matter_of_shape(nominal, a
 
 
 @pytest.mark.parametrize(
+    ("collinear", "another", "named"),
+    [
+        (1.001, 1.009, {SHELF[0], SHELF[1]}),
+        (1.009, 1.001, {SHELF[0], SHELF[2]}),
+        (1.001, 1.07, {SHELF[0]}),
+    ],
+    ids=["it leaves less", "it leaves more", "no other is needed"],
+)
+def test_where_a_second_is_needed_anyway_it_may_be_a_collinear_one(collinear, another, named):
+    """As a low-pass of the force was beside a delay of the displacement, in a sealed case, for which a delay
+    of the base was named, that leaves more."""
+    found = [account(0, 1.25), account(1, 3.3), account(2, 3.3), both(collinear)]
+    found.append(Account((SHELF[0], SHELF[2]), another, 2))
+    judged = judge(3.7, found, SAMPLES, 3.9, SHELF, collinear={SHELF[1]: [SHELF[0]]})
+    assert {*judged.named} == named
+
+
+@pytest.mark.parametrize(
     ("two", "another", "verdict"),
     [(1.004, 1.08, "several"), (1.004, 1.04, "several"), (1.03, 1.08, "effect"), (1.004, 1.03, "effect")],
 )
