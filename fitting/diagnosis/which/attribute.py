@@ -159,7 +159,7 @@ def attribute(
         pairs = best_of([*pairs, *pairs_beside(model, bench, singles, around, floor, progress)])
     elif len(best.keys) > 1:
         pairs = in_place_of_either(model, bench, pairs, 0, first.shapes, progress)
-    nominal, found = _all_together(model, bench, nominal, singles, pairs, first, floor, progress)
+    nominal, found = _all_together(model, bench, nominal, singles, pairs, first, around, floor, progress)
     return _weighed(model, bench, nominal, found, first, _inflation(bench, around, floor), floor)
 
 
@@ -173,7 +173,9 @@ def with_pairs_anew(model: Model, bench: Bench, found: Attribution, progress: Pr
         return found
     around = screen(model, bench, best)
     pairs = best_of([*pairs, *pairs_beside(model, bench, singles, around, floor, progress)])
-    nominal, best = _all_together(model, bench, found.nominal, singles, pairs, found.screen, floor, progress)
+    nominal, best = _all_together(
+        model, bench, found.nominal, singles, pairs, found.screen, around, floor, progress
+    )
     return _weighed(model, bench, nominal, best, found.screen, _inflation(bench, around, floor), floor)
 
 
@@ -184,6 +186,7 @@ def _all_together(
     singles: Sequence[Explanation],
     pairs: Sequence[Explanation],
     first: Screen,
+    around: Screen,
     floor: float,
     progress: Progress,
 ) -> tuple[Refit, list[Explanation]]:
@@ -194,7 +197,7 @@ def _all_together(
     if pairs:
         pairs = best_of([*pairs, *other_way_round(model, bench, pairs[:BEST], floor)])
         if not passes_for_noise(pairs[0].refit.misfit / floor):
-            turned = on_the_other_side(model, bench, singles[0], first.shapes, progress)
+            turned = on_the_other_side(model, bench, singles[0], around, progress)
             pairs = best_of([*pairs, *turned])
         found = best_of([*singles, *pairs, *each_alone(model, bench, singles, pairs, first)])
     return _level(model, bench, nominal, found)

@@ -12,12 +12,12 @@ from fitting.diagnosis.lanes.model import Model
 from fitting.diagnosis.refits.refit import Refit, refit
 from fitting.diagnosis.which.contest import contest
 from fitting.diagnosis.which.explanation import Explanation
-from fitting.diagnosis.which.screen import Shapes, screen
+from fitting.diagnosis.which.screen import Screen
 from fitting.diagnosis.which.survey import freed
 from fitting.progress import Progress
 
-TRIED = 3
-"""So many links are tried on the other side of the one that explains most."""
+TRIED, FINALISTS = 5, 2
+"""So many links are tried on the other side of the one that explains most, so many of these to the end."""
 
 
 def other_way_round(
@@ -38,11 +38,12 @@ def other_way_round(
 
 
 def on_the_other_side(
-    model: Model, bench: Bench, one: Explanation, shapes: Shapes, progress: Progress
+    model: Model, bench: Bench, one: Explanation, around: Screen, progress: Progress
 ) -> list[Explanation]:
     """Pairs, the best first, of a link of the measuring chain with others that stand on the other side of it
-    than in the order of the shelf, where these may show nothing: the play of a hysteresis, say, is wide open
-    to a force that has a hum on it already. None where the one effect is no link."""
+    than in the order of the shelf, where these may show next to nothing: the play of a hysteresis, say, is
+    wide open to a force that has a hum on it already. `around`: the screening beside the one in that order.
+    None where that one is no link."""
     links = [key for key in model.sharing.whole if model.shelf.effects[key].on_chain()]
     (known,) = one.keys
     if known not in links:
@@ -50,8 +51,10 @@ def on_the_other_side(
     place = links.index(known)
     turned = (*links[place + 1 :], known, *links[:place])
     begin = dataclasses.replace(one.refit, point=dataclasses.replace(one.refit.point, turned=turned))
-    promises = screen(model, bench, begin, only={*links} - {known}, shapes=shapes).ranked[:TRIED]
-    found = contest(model, bench, begin, promises, TRIED, progress)
+    promises = [promise for promise in around.ranked if promise.key in links][:TRIED]
+    if not promises:
+        return []
+    found = contest(model, bench, begin, promises, FINALISTS, progress)
     return freed(model, bench, [pair.fitted(_only_these_turned(pair)) for pair in found])
 
 

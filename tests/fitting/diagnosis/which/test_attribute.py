@@ -136,7 +136,7 @@ def test_pairs_are_sought_anew_where_all_leave_more_once_weighed_anew(monkeypatc
 
     known = leaving(left, "hum", "table"), leaving(left + 0.1, "hum"), leaving(9.5, "gain")
     nominal: Any = SimpleNamespace(misfit=18.0)
-    first: Any = SimpleNamespace(shapes="shapes")
+    first: Any = "first"
     around: Any = "around"
     asked: list[Any] = []
 
@@ -144,8 +144,8 @@ def test_pairs_are_sought_anew_where_all_leave_more_once_weighed_anew(monkeypatc
         asked.append([e.keys for e in singles])
         return [leaving(1.15, "hum", "table"), leaving(1.3, "hum", "delay")]
 
-    def on_the_other_side(model: Any, bench: Any, one: Any, shapes: Any, progress: Any) -> Any:
-        asked.append((one.keys, shapes))
+    def on_the_other_side(model: Any, bench: Any, one: Any, around: Any, progress: Any) -> Any:
+        asked.append((one.keys, around))
         return [leaving(0.9, "hum", "hysteresis")]
 
     replaced = {
@@ -167,7 +167,7 @@ def test_pairs_are_sought_anew_where_all_leave_more_once_weighed_anew(monkeypatc
     if not sought:
         assert anew is found and not asked
         return
-    assert asked == [[("hum",), ("gain",)], (("hum",), "shapes")]
+    assert asked == [[("hum",), ("gain",)], (("hum",), "around")]
     assert {e.keys: e.refit.misfit / 2 for e in anew} == {
         ("hum", "hysteresis"): 0.9,
         ("hum", "table"): 1.15,

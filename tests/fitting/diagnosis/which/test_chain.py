@@ -97,21 +97,19 @@ def test_links_are_tried_on_the_other_side_of_the_one_that_is_known(monkeypatch)
     model: Any = SimpleNamespace(sharing=SimpleNamespace(whole=whole), shelf=SimpleNamespace(effects=effects))
     asked: list[Any] = []
 
-    def screen(model: Any, bench: Any, at: Any, only: Any, shapes: Any) -> Any:
-        asked.append((at.point.arranged(whole), sorted(only), shapes))
-        return SimpleNamespace(ranked=[1, 2, 3, 4])
-
     def contest(model: Any, bench: Any, begin: Any, promises: Any, finalists: int, progress: Any) -> Any:
-        asked.append((promises, finalists))
+        asked.append((begin.point.arranged(whole), [promise.key for promise in promises]))
         pair = dataclasses.replace(begin.point, keys=("clip", "hum"))
         return [Explanation(("hum", "clip"), PROMISE, dataclasses.replace(begin, point=pair))]
 
-    monkeypatch.setattr(chain, "screen", screen)
     monkeypatch.setattr(chain, "contest", contest)
     monkeypatch.setattr(chain, "freed", lambda model, bench, found: found)
     fit: Any = Fit(Point(("clip", "hum", "delay"), NOTHING, NOTHING, NOTHING, NOTHING))
     bench: Any = None
-    (found,) = on_the_other_side(model, bench, Explanation(("hum",), PROMISE, fit), (), Silent())
-    assert asked == [(("delay", "hum", "clip", "friction"), ["clip", "delay"], ()), ([1, 2, 3], 3)]
+    around: Any = SimpleNamespace(ranked=[SimpleNamespace(key=key) for key in ("friction", "delay", "clip")])
+    (found,) = on_the_other_side(model, bench, Explanation(("hum",), PROMISE, fit), around, Silent())
+    assert asked == [(("delay", "hum", "clip", "friction"), ["delay", "clip"])]
     assert found.refit.point.turned == found.refit.point.attached == ("hum", "clip")
-    assert on_the_other_side(model, bench, Explanation(("friction",), PROMISE, fit), (), Silent()) == []
+    assert on_the_other_side(model, bench, Explanation(("friction",), PROMISE, fit), around, Silent()) == []
+    around.ranked = around.ranked[:1]
+    assert on_the_other_side(model, bench, Explanation(("hum",), PROMISE, fit), around, Silent()) == []
