@@ -14,7 +14,7 @@ from fitting.diagnosis.lanes.model import Model
 from fitting.diagnosis.noise.ground import resolved
 from fitting.diagnosis.noise.repeatability import floor_of
 from fitting.diagnosis.noise.scatter import Scatter
-from fitting.diagnosis.refits.refit import refit
+from fitting.diagnosis.refits.refit import Refit, refit
 from fitting.diagnosis.which.another_time import in_another_time
 from fitting.diagnosis.which.attribute import Attribution, attribute, on_another_bench, with_pairs_anew
 from fitting.diagnosis.which.contacts import Chosen, concerns_contact
@@ -103,8 +103,7 @@ def weighed_anew(
         best = found.explanations[0].refit
         if not bench.scatters or best.misfit >= OVERRATED:
             break
-        chosen, bench = _evened(chosen, paper.ground.bench, plain, held, best.point)
-        found = on_another_bench(chosen.model, bench, found)
+        chosen, bench, found = _by_what_is_left(paper, chosen, plain, held, found, best)
     return chosen, bench, found
 
 
@@ -120,9 +119,9 @@ def less_scattered(
     """The choice, the bench and what explains the records there, where less does not repeat itself under the
     best explanation, fitted to residuals in units of the noise, than was taken for it: what a wrong model
     leaves is not the same in every cycle where the motion is not, and in units of that it hides what acts
-    besides. All are weighed anew by what is left of it, pairs are sought there, and all weighed once more by
-    what the best of these leaves of it, and where that is overrated still; or, where it is hardly more than
-    the noise, all are sought anew in units of the noise."""
+    besides. All are weighed anew by what is left of it, pairs are sought where nothing known suffices there,
+    and all weighed once more where another leads then, or where it is overrated still; or, where it is hardly
+    more than the noise, all are sought anew in units of the noise."""
     taken = chosen.ground.scatter
     if not bench.scatters or taken is None:
         return chosen, bench, found
@@ -133,16 +132,22 @@ def less_scattered(
         found = _sought_anew(model, plain, paper.ground.begins, found, progress)
         return dataclasses.replace(chosen, ground=ground), plain, found
     if taken.exceeds(Scatter.of(model, plain, best.point, chosen.problem.period)):
-        chosen, bench = _evened(chosen, paper.ground.bench, plain, held, best.point)
-        known = on_another_bench(model, bench, found)
+        chosen, bench, known = _by_what_is_left(paper, chosen, plain, held, found, best)
         found = with_pairs_anew(model, bench, known, progress)
-        if found.explanations[0].keys != known.explanations[0].keys:
-            chosen, bench = _evened(
-                chosen, paper.ground.bench, plain, held, found.explanations[0].refit.point
-            )
-            found = on_another_bench(model, bench, found)
+        leader = found.explanations[0]
+        if leader.keys != known.explanations[0].keys:
+            chosen, bench, found = _by_what_is_left(paper, chosen, plain, held, found, leader.refit)
         return weighed_anew(paper, chosen, bench, plain, held, found)
     return chosen, bench, found
+
+
+def _by_what_is_left(
+    paper: Chosen, chosen: Chosen, plain: Bench, held: Split, found: Attribution, best: Refit
+) -> tuple[Chosen, Bench, Attribution]:
+    """The choice, the bench and what explains the records, weighed anew by what does not repeat itself under
+    this fit."""
+    chosen, bench = _evened(chosen, paper.ground.bench, plain, held, best.point)
+    return chosen, bench, on_another_bench(chosen.model, bench, found)
 
 
 def _sought_anew(

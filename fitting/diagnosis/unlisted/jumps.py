@@ -69,8 +69,8 @@ def jumps(bench: Bench, seen: Prediction) -> Jumps | None:
     force. `seen`: what the bench shows under the nominal model.
 
     In eight sealed cases with particles in the contact, two of them with friction that scatters as far, it
-    jumped in four to six of six runs but for one; in 93 without any effect, and in 74 with
-    something else off the shelf that is not in the converter, in three at most.
+    jumped in four to six of six runs but for one; in 93 without any effect, and in 74 with something else off
+    the shelf that is not in the converter, in three at most.
     """
     counts = np.asarray(bench.lanes.friction_weight) > 0
     sense, steady = np.sign(seen.friction), np.abs(seen.friction)

@@ -159,8 +159,7 @@ def attribute(
         pairs = best_of([*pairs, *pairs_beside(model, bench, singles, around, floor, progress)])
     elif len(best.keys) > 1:
         pairs = in_place_of_either(model, bench, pairs, 0, first.shapes, progress)
-    nominal, found = _all_together(model, bench, nominal, singles, pairs, first, around, floor, progress)
-    return _weighed(model, bench, nominal, found, first, _inflation(bench, around, floor), floor)
+    return _all_together(model, bench, nominal, singles, pairs, first, around, floor, progress)
 
 
 def with_pairs_anew(model: Model, bench: Bench, found: Attribution, progress: Progress) -> Attribution:
@@ -173,10 +172,7 @@ def with_pairs_anew(model: Model, bench: Bench, found: Attribution, progress: Pr
         return found
     around = screen(model, bench, best)
     pairs = best_of([*pairs, *pairs_beside(model, bench, singles, around, floor, progress)])
-    nominal, best = _all_together(
-        model, bench, found.nominal, singles, pairs, found.screen, around, floor, progress
-    )
-    return _weighed(model, bench, nominal, best, found.screen, _inflation(bench, around, floor), floor)
+    return _all_together(model, bench, found.nominal, singles, pairs, found.screen, around, floor, progress)
 
 
 def _all_together(
@@ -189,10 +185,10 @@ def _all_together(
     around: Screen,
     floor: float,
     progress: Progress,
-) -> tuple[Refit, list[Explanation]]:
-    """The nominal model and all explanations, best first, each effect of the best pairs by itself among them,
-    and lanes that are lost in one and not in another found in either. Where no two leave what passes for
-    noise, links of the measuring chain are tried in the order in which they were not."""
+) -> Attribution:
+    """All explanations weighed, each effect of the best pairs by itself among them, and lanes that are lost
+    in one and not in another found in either. Where no two leave what passes for noise, links of the
+    measuring chain are tried in the order in which they were not."""
     found = list(singles)
     if pairs:
         pairs = best_of([*pairs, *other_way_round(model, bench, pairs[:BEST], floor)])
@@ -200,7 +196,8 @@ def _all_together(
             turned = on_the_other_side(model, bench, singles[0], around, progress)
             pairs = best_of([*pairs, *turned])
         found = best_of([*singles, *pairs, *each_alone(model, bench, singles, pairs, first)])
-    return _level(model, bench, nominal, found)
+    nominal, found = _level(model, bench, nominal, found)
+    return _weighed(model, bench, nominal, found, first, _inflation(bench, around, floor), floor)
 
 
 def _level(
