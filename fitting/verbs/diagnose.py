@@ -4,7 +4,9 @@ from pathlib import Path
 
 import click
 
+from fitting.aside import Aside
 from fitting.diagnosis.settings import DiagnosisSettings
+from fitting.progress import Silent
 from jaxstick.command import DONE, common, rig_option
 from jaxstick.deferred import deferred
 from jaxstick.output import OutputFolder, plain
@@ -53,11 +55,15 @@ def diagnose(
     with (
         OutputFolder(out, overwrite, inputs=[dataset] if rig is None else [dataset, rig]) as output,
         bar as progress,
+        Aside(draw_diagnosis) as drawing,
     ):
         found = run_diagnosis(data, settings, progress)
         content = save_diagnosis(found, data, output)
-        draw_diagnosis(found, data, output, progress)
+        drawing.begin(found, data, output, Silent())
         write_report(found, data, output, progress)
+        progress.stage("plots", 1)
+        drawing.end()
+        progress.advance()
     show_diagnosis(plain(content), terminal)
     terminal.say(f"The report is {out / 'report.html'}; results and plots lie beside it.")
     if found.correction is not None:

@@ -22,6 +22,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "jaxstick.deferred",
         "jaxstick.enclosure",
         "jaxstick.errors",
+        "jaxstick.freed_memory",
         "jaxstick.precision",
         "jaxstick.turns",
         "jaxstick.version",
@@ -90,6 +91,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ),
     ("jaxstick",),
     (
+        "fitting.aside",
         "fitting.progress",
         "fitting.settings",
         "fitting.unknowns",

@@ -42,5 +42,5 @@ def test_stops_in_words(stops, text):
 def test_a_deferred_function_is_imported_at_the_first_call(monkeypatch):
     monkeypatch.delitem(sys.modules, "colorsys", raising=False)
     convert = deferred("colorsys", "rgb_to_hsv")
-    assert "colorsys" not in sys.modules and convert.__name__ == "rgb_to_hsv"
+    assert "colorsys" not in sys.modules and convert.name == "rgb_to_hsv"
     assert convert(1.0, g=0.0, b=0.0) == (0.0, 1.0, 1.0)
