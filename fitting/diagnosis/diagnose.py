@@ -99,8 +99,9 @@ def _diagnosed(dataset: DataSet, settings: DiagnosisSettings, progress: Progress
     judgement = found.judgement
     follows = {} if judgement.verdict == NONE else patterns(problem, model, base.bench, before.point)
     clue = clue_of(follows) if judgement.verdict == UNLISTED else None
-    if clue is not None:
-        where = dataclasses.replace(where, side=clue.sides or where.side)
+    lead = next(iter(inquiry.anomalies), clue) if judgement.verdict == UNLISTED else None
+    if lead is not None:
+        where = dataclasses.replace(where, side=lead.sides or where.side)
     proposal = next_run(chosen, bench, found)
     return Diagnosis(
         verdict=judgement.verdict,
@@ -120,7 +121,7 @@ def _diagnosed(dataset: DataSet, settings: DiagnosisSettings, progress: Progress
         others_before=unmended.others,
         traces=_traces(problem, base.segments, held, seen_before, seen_after),
         cards={key: effect.card for key, effect in model.shelf.effects.items()},
-        next_experiment=advice(problem, model, found, bench, proposal, clue),
+        next_experiment=advice(problem, model, found, bench, proposal, lead),
         next_run=proposal,
         notes=(
             *inquiry.doubts,

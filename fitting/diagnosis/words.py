@@ -150,16 +150,16 @@ def advice(
     found: Attribution,
     bench: Bench,
     proposal: Proposal | None,
-    clue: Clue | None = None,
+    lead: AbstractAnomaly | Clue | None = None,
 ) -> str | None:
     """The experiment that would tell the two likeliest explanations apart, or where to look for what none of
     the shelf explains; None where nothing is in doubt. `proposal`: the run that would, where one was looked
-    for; `clue`: what the gap follows."""
+    for; `lead`: what is to be gone by where nothing is named."""
     judgement = found.judgement
     if judgement.verdict == "none":
         return None
-    if judgement.verdict == "unlisted" and clue is not None:
-        return clue.look
+    if judgement.verdict == "unlisted" and lead is not None:
+        return lead.look
     if judgement.same:
         remedies = dict.fromkeys(
             model.shelf.effects[key].card.remedy for s in judgement.same for key in s[:2]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import abc
 
+from fitting.diagnosis.findings import Shares
+
 
 class AbstractAnomaly(abc.ABC):
     """A way in which records are off that no effect on the shelf has: where it is seen, what explains most of
@@ -17,6 +19,16 @@ class AbstractAnomaly(abc.ABC):
     @abc.abstractmethod
     def clause(self) -> str:
         """What is seen, as the verdict says it behind a colon."""
+
+    @property
+    @abc.abstractmethod
+    def look(self) -> str:
+        """What to record or to try next, as a sentence."""
+
+    @property
+    def sides(self) -> Shares | None:
+        """The excess by mechanics, friction and measurement, as this has it; None where it may be any."""
+        return None
 
     @property
     def note(self) -> str | None:

@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 
+from fitting.diagnosis.findings import Shares
 from fitting.diagnosis.unlisted.anomaly import AbstractAnomaly
 from fitting.problem import Problem
 from jaxstick.check import quantity
@@ -43,6 +44,17 @@ class BadSamples(AbstractAnomaly):
             f"off by up to {quantity(self.most, 'm')}, which no motion does: look for bit errors of the "
             "converter, a loose plug, sparks of a drive, or lost words on the way to the file."
         )
+
+    @property
+    def look(self) -> str:
+        return (
+            "Record with the mass at rest, the drive and its amplifier off and then on, and again with "
+            "another cable and plug: samples that are off there as well owe nothing to the motion."
+        )
+
+    @property
+    def sides(self) -> Shares:
+        return {"mechanics": 0.0, "friction": 0.0, "measurement": 1.0}
 
 
 def bad_samples(problem: Problem) -> BadSamples | None:

@@ -13,6 +13,7 @@ import dataclasses
 import numpy as np
 from scipy.optimize import least_squares
 
+from fitting.diagnosis.findings import Shares
 from fitting.diagnosis.lanes.bench import Bench
 from fitting.diagnosis.lanes.model import Prediction
 from fitting.diagnosis.lanes.steadiness import robust_deviation
@@ -65,6 +66,17 @@ class Bursts(AbstractAnomaly):
             f"itself in {100 * self.share:.2g} % of the time of fast sliding, and seldom falls as far: look "
             "for particles, debris or transferred patches in the contact."
         )
+
+    @property
+    def look(self) -> str:
+        return (
+            "Look at the surfaces and at what lies between them, clean them, and record the same run before "
+            "and after: particles, debris and transferred patches go with that, and come back as it wears."
+        )
+
+    @property
+    def sides(self) -> Shares:
+        return {"mechanics": 0.0, "friction": 1.0, "measurement": 0.0}
 
 
 def bursts(bench: Bench, seen: Prediction, period: float) -> Bursts | None:

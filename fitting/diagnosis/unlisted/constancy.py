@@ -60,6 +60,14 @@ class Trend(AbstractAnomaly):
             "works loose."
         )
 
+    @property
+    def look(self) -> str:
+        return (
+            "Record the same run twice in a row, and once more after a long pause: what warms up goes on in "
+            "the second and begins anew after the pause, what wears goes on in both, and two clocks that run "
+            "apart begin anew with every record."
+        )
+
 
 def trend_of(model: Model, bench: Bench, at: Refit, keys: Sequence[str]) -> Trend | None:
     """The effect of these that most surely changes along the runs, at a fit with or without it, of those of

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fitting.diagnosis.findings import Shares
 from fitting.diagnosis.lanes.bench import Bench
 from fitting.diagnosis.lanes.model import Prediction
 from fitting.diagnosis.lanes.steadiness import robust_deviation
@@ -64,6 +65,18 @@ class HeldSamples(AbstractAnomaly):
             f"motion in one step, {self.count} times in all, by up to {quantity(self.most, self.unit)}: look "
             "for values that a converter, a bus or a buffer repeats where it has no new one."
         )
+
+    @property
+    def look(self) -> str:
+        return (
+            "Feed a signal that never rests, as a sine of a generator, into the channel of the "
+            f"{self.channel}, and write a counter beside every sample: values that repeat there are held on "
+            "the way to the file."
+        )
+
+    @property
+    def sides(self) -> Shares:
+        return {"mechanics": 0.0, "friction": 0.0, "measurement": 1.0}
 
 
 def held_samples(bench: Bench, seen: Prediction) -> HeldSamples | None:

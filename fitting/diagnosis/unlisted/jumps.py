@@ -15,6 +15,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.signal import find_peaks
 
+from fitting.diagnosis.findings import Shares
 from fitting.diagnosis.lanes.bench import Bench
 from fitting.diagnosis.lanes.model import Prediction
 from fitting.diagnosis.lanes.steadiness import robust_deviation
@@ -62,6 +63,18 @@ class Jumps(AbstractAnomaly):
             f"fast, {self.count} times in all, by {100 * self.height:.2g} % of itself: look for particles or "
             "debris in the contact, for a load that drops on or off, and for a loose contact of the sensor."
         )
+
+    @property
+    def look(self) -> str:
+        return (
+            "Record the normal load beside the friction force, and the same run before and after the "
+            "surfaces are cleaned and the plugs of the force sensor tightened: a load that drops jumps as "
+            "friction does, debris goes with the cleaning, a loose contact with the tightening."
+        )
+
+    @property
+    def sides(self) -> Shares:
+        return {"mechanics": 0.0, "friction": 1.0, "measurement": 0.0}
 
 
 def jumps(bench: Bench, seen: Prediction) -> Jumps | None:

@@ -19,6 +19,7 @@ from scipy.ndimage import median_filter
 from scipy.special import gammaincc
 
 from fitting.cycle import frequency_of
+from fitting.diagnosis.findings import Shares
 from fitting.diagnosis.lanes.bench import Bench, Point
 from fitting.diagnosis.lanes.model import Model, Prediction
 from fitting.diagnosis.unlisted.anomaly import AbstractAnomaly
@@ -43,11 +44,13 @@ NEAR = 2.5
 
 @dataclasses.dataclass(frozen=True)
 class OwnBeat(AbstractAnomaly):
-    """The frequency [Hz] of a force on the mass, and in how many runs it is seen, of how many."""
+    """The frequency [Hz] of a force on the mass, and in how many runs it is seen, of how many;
+    `friction_known`: friction is none of it, for it was measured."""
 
     frequency: float
     runs: int
     of: int
+    friction_known: bool
 
     @property
     def clause(self) -> str:
@@ -60,8 +63,19 @@ class OwnBeat(AbstractAnomaly):
         return (
             f"In {self.runs} of {self.of} runs a force on the mass oscillates at {self.frequency:.4g} Hz, "
             "whatever the frequency of the drive: look for what rotates, or rings, at that frequency, as "
-            "gears, motors, pumps or the frame do; record it with the drive standing still."
+            "gears, motors, pumps or the frame do."
         )
+
+    @property
+    def look(self) -> str:
+        return (
+            "Record with the drive standing still and the vibration of the frame beside the motion, and "
+            f"switch off what rotates one by one: what keeps {self.frequency:.4g} Hz alive is found so."
+        )
+
+    @property
+    def sides(self) -> Shares | None:
+        return {"mechanics": 1.0, "friction": 0.0, "measurement": 0.0} if self.friction_known else None
 
 
 def own_beat(problem: Problem, model: Model, bench: Bench, point: Point, seen: Prediction) -> OwnBeat | None:
@@ -90,7 +104,8 @@ def own_beat(problem: Problem, model: Model, bench: Bench, point: Point, seen: P
     whole = gained_by_run(problem, bench, side, free, tried).sum(axis=0)
     at = int(np.argmax(np.where(near, whole, 0.0)))
     frequency = refined(problem, bench, side, free, tried, at)
-    return OwnBeat(frequency, int(np.count_nonzero(seen_in[:, best])), len(says))
+    runs = int(np.count_nonzero(seen_in[:, best]))
+    return OwnBeat(frequency, runs, len(says), problem.friction_recorded)
 
 
 def _says(gain: np.ndarray) -> np.ndarray:

@@ -33,6 +33,13 @@ class Unrest(AbstractAnomaly):
             f"changes by {self.wander:.2g} % only from segment to segment"
         )
 
+    @property
+    def look(self) -> str:
+        return (
+            "Record the same run several times, each started alike: what comes back in all of them is made "
+            "by the drive, the place or the time since the start, and is no chance."
+        )
+
 
 def unrest(problem: Problem, model: Model, fit: Refit, scatter: Scatter | None) -> Unrest | None:
     """What there is of it, to judge by what friction does from segment to segment under a hypothesis; None

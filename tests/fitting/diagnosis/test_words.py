@@ -87,6 +87,8 @@ def test_what_the_gap_follows_is_said_where_no_effect_explains_it(diagnosis):
     problem, bench = (types.SimpleNamespace() for _ in range(2))
     assert advice(problem, model, found, bench, None, clue) == clue.look  # pyright: ignore[reportArgumentType]
     assert "at 46.78 Hz: gears" in clue.look
+    rises = Bursts(5, 6, 0.023, 0.12)
+    assert advice(problem, model, found, bench, None, rises) == rises.look  # pyright: ignore[reportArgumentType]
 
 
 @pytest.mark.parametrize(

@@ -68,6 +68,6 @@ def test_what_else_there_is_has_no_beat(effects, named):
 
 
 def test_a_beat_is_said_with_its_frequency_and_how_often():
-    beat = OwnBeat(16.61, 5, 6)
+    beat = OwnBeat(16.61, 5, 6, True)
     assert beat.clause.startswith("a force on the mass oscillates at 16.61 Hz")
     assert beat.note.startswith("In 5 of 6 runs a force on the mass oscillates at 16.61 Hz")
