@@ -9,6 +9,7 @@ from fitting.verbs.fit import fit
 from jaxstick.cli import LOWER
 from jaxstick.command import Verbs
 from jaxstick.compilation_cache import set_up_jax
+from jaxstick.freed_memory import keep_freed_memory
 from jaxstick.version import version
 
 UPPER = (fit, compare, diagnose, blind)
@@ -28,4 +29,5 @@ def jaxstick() -> None:
 def main() -> None:
     """The command `jaxstick`."""
     set_up_jax()
+    keep_freed_memory()
     jaxstick(prog_name="jaxstick")

@@ -4,6 +4,7 @@ import click
 
 from jaxstick.command import Verbs
 from jaxstick.compilation_cache import set_up_jax
+from jaxstick.freed_memory import keep_freed_memory
 from jaxstick.verbs.check import check
 from jaxstick.verbs.effects import effects
 from jaxstick.verbs.simulate import simulate
@@ -22,4 +23,5 @@ def jaxstick() -> None:
 def main() -> None:
     """`python -m jaxstick`."""
     set_up_jax()
+    keep_freed_memory()
     jaxstick(prog_name="python -m jaxstick")

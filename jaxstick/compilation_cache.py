@@ -5,8 +5,6 @@ import os
 import sys
 from pathlib import Path
 
-from jaxstick.freed_memory import keep_freed_memory
-
 SWITCH = "JAXSTICK_CACHE"
 """Environment variable: "off" keeps nothing, any other value is the folder to keep it in."""
 
@@ -25,9 +23,7 @@ LARGEST = 500_000_000
 
 def set_up_jax() -> None:
     """Sets up jax, before it computes anything, for one of our processes: where it computes, which programs
-    it keeps, how they are compiled, and that freed memory stays. What the user has set in the environment
-    stands."""
-    keep_freed_memory()
+    it keeps, and how they are compiled. What the user has set in the environment stands."""
     compute_on_cpu()
     keep_compiled()
     compile_for_few_lanes()
