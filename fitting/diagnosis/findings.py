@@ -144,11 +144,11 @@ class Closure:
     before: the fitted nominal model; after: with the named effects; floor: what noise alone leaves; assumed:
     the assumed constants; closed = (before - after)/(before - floor) with its 95 % interval; placebo: the
     same share for an effect of no meaning; wrong: for the best effect that the records tell from those named,
-    None for no such; gain: the mean logarithm of how many times less a segment costs with the named effects,
-    which few segments do not decide; steadier: the logarithm of how much likelier they make the levels of
-    friction from segment to segment, negative where these are less likely with them; rival: the same of what
-    comes nearest to the named effects and shares one with them, None for no such; significance: by how many
-    standard deviations the gap before stands above the floor, counted by segments.
+    which is `wrong_keys`, None for no such; gain: the mean logarithm of how many times less a segment costs
+    with the named effects, which few segments do not decide; steadier: the logarithm of how much likelier
+    they make the levels of friction from segment to segment, negative where these are less likely with them;
+    rival: the same of what comes nearest to the named effects and shares one with them, None for no such;
+    significance: by how many standard deviations the gap before stands above the floor, counted by segments.
     """
 
     before: float
@@ -165,6 +165,7 @@ class Closure:
     steadier: float = 0.0
     rival: float | None = None
     significance: float = math.inf
+    wrong_keys: tuple[str, ...] = ()
 
 
 class Plan(NamedTuple):

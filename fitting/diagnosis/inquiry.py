@@ -296,7 +296,20 @@ def _shrunk(
 ) -> Closure:
     """How far the gap shrinks on what was held out."""
     base, fits = chosen.ground, _fits(found, named, rival)
-    return closure(chosen.problem, chosen.model, base.bench, held, fits, base.point.own, seed)
+    shrunk = closure(chosen.problem, chosen.model, base.bench, held, fits, base.point.own, seed)
+    wrong = None if named is None else _best_apart(found, named)
+    return shrunk if wrong is None else dataclasses.replace(shrunk, wrong_keys=wrong.keys)
+
+
+def _not_named(found: Attribution, named: Explanation) -> list[Explanation]:
+    """The explanations that share no effect with what is named, and have no more, best first."""
+    mentioned, most = set(found.judgement.named), len(named.keys)
+    return [e for e in found.explanations if not mentioned & set(e.keys) and len(e.keys) <= most]
+
+
+def _best_apart(found: Attribution, named: Explanation) -> Explanation | None:
+    """The best of these that the records tell from what is named; None for no such."""
+    return next((e for e in _not_named(found, named) if told_apart(named, e)), None)
 
 
 def _fits(
@@ -310,11 +323,8 @@ def _fits(
     fits = {"nominal": found.nominal, "named": named.refit}
     if rival is not None:
         fits["rival"] = rival.refit
-    mentioned, most = set(found.judgement.named), len(named.keys)
-    others = [e for e in found.explanations if not mentioned & set(e.keys) and len(e.keys) <= most]
-    wrong = next((e for e in others if told_apart(named, e)), None)
-    if wrong is not None:
+    if (wrong := _best_apart(found, named)) is not None:
         fits["wrong"] = wrong.refit
-    if others:
+    if others := _not_named(found, named):
         fits["placebo"] = others[-1].refit
     return fits

@@ -93,6 +93,7 @@ def diagnosis_content(diagnosis: Diagnosis, dataset: DataSet) -> dict[str, Any]:
             "closed_interval": list(closure.interval),
             "placebo_closed": closure.placebo,
             "best_wrong_closed": closure.wrong,
+            "best_wrong": list(closure.wrong_keys),
             "held_out": list(closure.held_out),
             "by_segments": closure.by_segments,
         },

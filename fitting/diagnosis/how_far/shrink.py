@@ -194,6 +194,7 @@ def left_open(shrunk: Closure) -> Closure:
         interval=(0.0, 0.0),
         placebo=None,
         wrong=None,
+        wrong_keys=(),
     )
 
 

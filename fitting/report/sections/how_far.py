@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fitting.corrected_rig import CORRECTED_FILE
+from fitting.diagnosis.findings import Diagnosis
 from fitting.diagnosis.save import closed_by
 from fitting.report.section import Section, Subject
 from fitting.report.sections.which import parameter_number
@@ -20,7 +21,7 @@ def how_far(subject: Subject) -> Section:
     ]
     closed = [
         ("Named effects", closure.closed if diagnosis.effects else None, share_interval(*closure.interval)),
-        ("Best effect that was not named", closure.wrong, ""),
+        (_not_named(diagnosis), closure.wrong, ""),
         ("Placebo: an effect of no meaning", closure.placebo, ""),
     ]
     content = {
@@ -44,3 +45,8 @@ def how_far(subject: Subject) -> Section:
         ],
     }
     return Section("how-far", "How far the gap closes", "how_far.html", content)
+
+
+def _not_named(diagnosis: Diagnosis) -> str:
+    titles = " and ".join(title(key, diagnosis.cards) for key in diagnosis.closure.wrong_keys)
+    return f"Best that was not named{': ' if titles else ''}{titles}"

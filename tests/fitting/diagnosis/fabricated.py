@@ -92,7 +92,9 @@ def fabricated(cycles: float = 5.0, rate: float = 500.0) -> tuple[Diagnosis, Dat
             Likeness(RIVAL, LOOK_ALIKE, 0.47, float("nan")),
             Likeness(LOOK_ALIKE, FAR, -0.22, float("nan")),
         ),
-        closure=Closure(6.83, 1.09, 1.0, 14.2, 0.985, (0.971, 0.994), -0.01, 0.61, HELD_OUT, False),
+        closure=Closure(
+            6.83, 1.09, 1.0, 14.2, 0.985, (0.971, 0.994), -0.01, 0.61, HELD_OUT, False, wrong_keys=(FAR,)
+        ),
         effects={
             TRUTH: (
                 Parameter("dry", 0.1181, 0.1162, 0.1203, "1"),

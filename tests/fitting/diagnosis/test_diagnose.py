@@ -139,6 +139,9 @@ def test_the_gap_closes_on_the_run_that_took_no_part(hardened):
     assert gap.closed > 0.9
     assert gap.interval[0] < gap.closed < gap.interval[1]
     assert gap.placebo is not None and abs(gap.placebo) < 0.3
+    assert gap.wrong is not None and gap.wrong < gap.closed
+    (wrong,) = gap.wrong_keys
+    assert wrong in hardened.cards and wrong not in hardened.named
     assert gap.assumed is not None and gap.assumed > gap.before
 
 

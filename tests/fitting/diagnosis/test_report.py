@@ -15,7 +15,7 @@ from fitting.progress import Silent
 from fitting.report.report import report
 from fitting.report.sections.traces import MOST_RUNS
 from fitting.report.words import VERDICTS, estimate, in_parts, interval, number, percent, seconds, with_unit
-from tests.fitting.diagnosis.fabricated import HELD_OUT, RIVAL, TRUTH, nothing_found, silent
+from tests.fitting.diagnosis.fabricated import FAR, HELD_OUT, RIVAL, TRUTH, nothing_found, silent
 from tests.fitting.diagnosis.markup import Page
 
 LARGEST_FIGURE = 150_000
@@ -91,6 +91,7 @@ def test_it_says_everything(taken_apart, diagnosis):
         "6.4122 to 6.4278",
         "sign(v)",
         "-8100 N/m²",
+        f"Best that was not named: {diagnosis.cards[FAR].title}",
     )
     for sentence in sentences:
         assert sentence in text, sentence

@@ -12,7 +12,7 @@ from fitting.diagnosis.save import closed_by, diagnosis_content, save_diagnosis
 from jaxstick.catalogue import catalogue
 from jaxstick.output import OutputFolder, to_json
 from jaxstick.record import load_rig
-from tests.fitting.diagnosis.fabricated import RIG, RIVAL, TRUE, TRUTH, nothing_found, silent
+from tests.fitting.diagnosis.fabricated import FAR, RIG, RIVAL, TRUE, TRUTH, nothing_found, silent
 
 FIXED = {
     "schema",
@@ -54,6 +54,7 @@ def test_the_fixed_keys(content):
     low, high = content["gap"]["closed_interval"]
     assert low < content["gap"]["closed"] < high
     assert content["gap"]["held_out"] == ["run-03.csv", "run-06.csv"]
+    assert content["gap"]["best_wrong"] == [FAR]
     for extra in ("candidates", "likeness", "steps", "notes", "sentence", "seconds"):
         assert extra in content
     friction = content["follows"]["friction"]

@@ -129,11 +129,11 @@ def test_what_makes_noise_no_less_worsens(before, after, worse):
 
 
 def test_with_nothing_named_nothing_closes():
-    shrunk = left_open(CLOSED)
+    shrunk = left_open(dataclasses.replace(CLOSED, wrong_keys=("sticky",)))
     assert (shrunk.before, shrunk.floor, shrunk.assumed) == (CLOSED.before, CLOSED.floor, CLOSED.assumed)
     assert left_open(dataclasses.replace(CLOSED, before=0.93, floor=0.94)).floor == 0.93
     assert (shrunk.after, shrunk.closed, shrunk.interval) == (CLOSED.before, 0.0, (0.0, 0.0))
-    assert shrunk.placebo is None and shrunk.wrong is None
+    assert shrunk.placebo is None and shrunk.wrong is None and shrunk.wrong_keys == ()
 
 
 @pytest.mark.parametrize(
