@@ -235,15 +235,20 @@ def confirmed(
 
     An effect that is named since it makes friction steadier, where there is no gap, explains what runs show
     that took no part, too, if it explains anything; but what closes a gap there need not make friction
-    steadier as well. Where there is none to be closed, parameters that are not known well may open one.
+    steadier as well. Where there is none to be closed, parameters that are not known well may open one. A
+    second effect that adds nothing to the one that is named, where they were fitted, may mend its shape on
+    other runs: that does not call for it.
     """
     least = 0.0 if closes(shrunk) else -math.inf
 
     def counted(keys: tuple[str, ...], steadier: float) -> float:
         return found.share_that_counts(keys) * max(steadier, least)
 
-    others = {} if rival is None or shrunk.rival is None else {rival.keys: counted(rival.keys, shrunk.rival)}
-    judgement = weighed_again(found.judgement, named.keys, counted(named.keys, shrunk.steadier), others)
+    worth, others = counted(named.keys, shrunk.steadier), dict[tuple[str, ...], float]()
+    if rival is not None and shrunk.rival is not None:
+        its = counted(rival.keys, shrunk.rival)
+        others[rival.keys] = min(its, worth) if found.adds_nothing(rival.keys, named.keys) else its
+    judgement = weighed_again(found.judgement, named.keys, worth, others)
     if not judgement.named:
         return judgement
     if steadies(shrunk, judgement.steadier[named.keys]):

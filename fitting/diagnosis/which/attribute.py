@@ -11,7 +11,7 @@ import numpy as np
 
 from fitting.diagnosis.accounts import Account, within_scatter
 from fitting.diagnosis.findings import Yardstick
-from fitting.diagnosis.judging.credit import NEARLY_BEST
+from fitting.diagnosis.judging.credit import AS_LITTLE, NEARLY_BEST
 from fitting.diagnosis.judging.enough import hints, is_nothing_but_noise, leaves_nothing, passes_for_noise
 from fitting.diagnosis.judging.judge import judge
 from fitting.diagnosis.judging.judgement import Judgement
@@ -86,6 +86,13 @@ class Attribution:
         to that by mending the shape of the first does not, here nor on what took no part."""
         counted, measured = self.judgement.steadier.get(keys, 0.0), self._account(keys).steadier
         return counted / measured if measured > counted else 1.0
+
+    def adds_nothing(self, two: tuple[str, ...], one: tuple[str, ...]) -> bool:
+        """Whether two effects do no more here than the `one` of them that is meant: they leave as much, and
+        are credited with no steadier friction."""
+        steadier = self.judgement.steadier
+        as_much = self._account(one).misfit <= AS_LITTLE * self._account(two).misfit
+        return {*one} < {*two} and as_much and steadier.get(two, 0.0) <= steadier.get(one, 0.0)
 
     def _account(self, keys: tuple[str, ...]) -> Account:
         return next(account for account in self.yardstick.accounts if account.keys == keys)

@@ -42,6 +42,9 @@ MUCH, HALF = 5.0, 0.5
 """Where the nominal model leaves more than so much it may be far astray, and what shows there, an effect that
 explains less than a half, be none of what acts: of 640 sealed cases nine ended so, all of them off the shelf,
 and one began so, whose effect was 19th of 37 by its score."""
+ASTRAY = 0.2
+"""A nominal model that leaves less than this share, from where the best effect stands, had lost its way: what
+it showed there says nothing of what acts, and all is begun anew. It may leave more than `MUCH` by that."""
 ALIKE = 1.5
 """What explains the records nearly as well, within this factor, has not been overlooked."""
 NEAR = 0.95
@@ -114,7 +117,8 @@ def survey(
     """Screens every effect on a bench beside the nominal model, as fitted there, and refits the promising
     ones, and the best of those `known` from the same lanes weighed otherwise. Where none suffices, what may
     have been overlooked is tried outright, and where no friction was recorded, all afresh from the constants
-    in `begins`; but not yet where an effect leads somewhere and what scatters is still to be weighed.
+    in `begins`; but not yet where an effect leads somewhere and what scatters is still to be weighed. All is
+    begun anew where the nominal model had lost its way, which it finds by the best effect.
     """
     progress.stage("effects screened", 1)
     first = screen(model, bench, nominal)
@@ -125,6 +129,9 @@ def survey(
     if found[0].refit.misfit < STRONG * nominal.misfit:
         others = second_look(model, bench, found, found[0].keys[0], 0, first.shapes, progress)
         found = best_of(freed(model, bench, [*found, *others])) if others else found
+    stands = borrowed(model, bench, nominal, found[0].refit) if nominal.misfit > MUCH else nominal
+    if stands.misfit < ASTRAY * nominal.misfit:
+        return survey(model, bench, stands, begins, progress, [*known, *found])
     seen = Survey(nominal, first, tuple(found), floor_of(model, bench, [nominal, found[0].refit]))
     if seen.suffices or (seen.scatters and seen.leads and not bench.scatters):
         return seen

@@ -299,6 +299,25 @@ def test_the_rival_is_measured_where_what_is_named_is(monkeypatch):
 
 
 @pytest.mark.parametrize(
+    ("left", "credit", "counts"), [(1.3, 8.0, 3.0), (1.2, 8.0, 4.0), (1.3, 8.5, 4.0), (1.31, 7.0, 3.0)]
+)
+def test_what_adds_nothing_where_it_was_fitted_is_not_called_for_elsewhere(
+    monkeypatch, left: float, credit: float, counts: float
+):
+    """A second effect that mends the shape of a drift, on two other runs, by more than it does in four."""
+    asked: list[Any] = []
+    monkeypatch.setattr(inquiries, "weighed_again", lambda *words: asked.append(words) or judgement)
+    nothing: Any = None
+    one, both = Account(("a",), 1.3, 1, steadier=8.0), Account(("a", "c"), left, 2, steadier=credit)
+    judgement: Any = SimpleNamespace(named=(), steadier={("a",): 8.0, ("a", "c"): credit})
+    found = Attribution(nothing, (), nothing, judgement, Yardstick(9.0, 1.0, 1e4, 3.0, accounts=(one, both)))
+    named, rival = (SimpleNamespace(keys=keys) for keys in (("a",), ("a", "c")))
+    shrunk = dataclasses.replace(CLOSED, before=1.3, steadier=3.0, rival=4.0)
+    inquiries.confirmed(found, named, shrunk, rival)  # pyright: ignore[reportArgumentType]
+    assert asked.pop()[1:] == (("a",), 3.0, {("a", "c"): counts})
+
+
+@pytest.mark.parametrize(
     ("after", "inflation", "stays"), [(1.054, 50.0, True), (1.054, 3.0, False), (1.07, 50.0, False)]
 )
 def test_what_a_gap_grows_by_where_nothing_acts_may_be_chance(after: float, inflation: float, stays: bool):
