@@ -111,6 +111,30 @@ def test_a_pair_that_is_known_does_not_lose_the_best_single_effect(enlarged, mon
     assert again == [(MATE, IDLE), (MATE,), (KEY,)]
 
 
+@pytest.mark.parametrize(("times", "surveys"), [(1.0, 1), (3.0, 1), (10.0, 2)])
+def test_all_is_begun_anew_where_the_nominal_model_had_lost_its_way(enlarged, monkeypatch, times, surveys):
+    """It left so many times as much as it does from where the best effect stands; what was found there is
+    not forgotten."""
+    model, base = enlarged
+    nominal = nominal_on(model, base.bench, base.point)
+    astray = dataclasses.replace(nominal, misfit=times * nominal.misfit, cost=times * nominal.cost)
+    right = released(model, base.bench, with_effect(model, base, nominal, MATE))
+    (promise,) = (p for p in screen(model, base.bench, nominal, shapes=[]).promises if p.key == MATE)
+    began: list[float] = []
+
+    def contest(_model, _bench, begin, *_):
+        began.append(begin.misfit)
+        return [Explanation((MATE,), promise, right)] if len(began) == 1 else []
+
+    monkeypatch.setattr(surveying, "contest", contest)
+    monkeypatch.setattr(surveying, "second_look", lambda *_: [])
+    seen = survey(model, base.bench, astray, base.begins, Silent())
+    assert len(began) == surveys and began[0] == astray.misfit
+    assert seen.nominal.misfit == began[-1] <= (times if surveys == 1 else 1.2) * nominal.misfit
+    assert [e.keys for e in seen.found] == [(MATE,)]
+    assert seen.least == pytest.approx(right.misfit, rel=0.05)
+
+
 def tried_outright(enlarged, monkeypatch, share: float, bench: Bench, floor: float) -> set[str]:
     """The effects that a survey tries outright where the best that it has found leaves this share of what
     the nominal model does."""
