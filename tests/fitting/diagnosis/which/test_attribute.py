@@ -51,6 +51,33 @@ def test_what_the_records_say_of_a_shape_is_counted_by_the_degree_of_freedom():
 
 
 @pytest.mark.parametrize(
+    ("strengths", "credited"),
+    [((0.0,), 0.0), ((1e-5,), 0.0), ((0.2,), 12.6), ((-0.2,), 12.6), ((0.0, 0.0), 0.0), ((0.3, 0.0), 12.6)],
+)
+def test_an_effect_that_does_nothing_makes_friction_no_steadier(monkeypatch, strengths, credited):
+    """A lag of nought, for which the search has found other starts than for the nominal model."""
+    monkeypatch.setattr(attributes, "steadier", lambda *_: 12.6)
+    keys = tuple(f"effect {number}" for number in range(len(strengths)))
+    effects: dict[str, Any] = {
+        key: SimpleNamespace(card=SimpleNamespace(family="friction"), changes=False) for key in keys
+    }
+    shelf = Shelf(effects, {key: (key,) for key in keys}, {key: () for key in keys}, {})
+    model: Any = SimpleNamespace(
+        of=lambda key: np.array([keys.index(key)]),
+        index=lambda *names: np.array([keys.index(name) for name in names], int),
+        by_run=np.zeros(0, int),
+        shelf=shelf,
+    )
+    bench: Any = SimpleNamespace(run=np.array([0, 0, 1]), wanders=True, dof=lambda: np.full(3, 50.0))
+    point = SimpleNamespace(coordinates=np.array(strengths))
+    found: Any = SimpleNamespace(keys=keys, refit=SimpleNamespace(point=point, levels=None, told={}))
+    nominal: Any = None
+    assert account(model, bench, nominal, found, 1.0).steadier == 0.0
+    nominal = "levels"
+    assert account(model, bench, nominal, found, 1.0).steadier == credited
+
+
+@pytest.mark.parametrize(
     ("one", "two", "counts"), [(1.2, 0.9, 1.0), (1.2, 1.1, 1.1), (0.8, 0.7, 0.8), (0.8, 0.9, 0.9)]
 )
 def test_a_second_effect_neither_earns_nor_pays_for_less_than_what_was_weighed_by(one, two, counts):
