@@ -43,8 +43,8 @@ MUCH, HALF = 5.0, 0.5
 explains less than a half, be none of what acts: of 640 sealed cases nine ended so, all of them off the shelf,
 and one began so, whose effect was 19th of 37 by its score."""
 ASTRAY = 0.2
-"""A nominal model that leaves less than this share, from where the best effect stands, had lost its way: what
-it showed there says nothing of what acts, and all is begun anew. It may leave more than `MUCH` by that."""
+"""A nominal model that leaves more than `MUCH`, and less than this share of it from where the best effect
+stands, had lost its way: what it showed there says nothing of what acts, and all is begun anew."""
 ALIKE = 1.5
 """What explains the records nearly as well, within this factor, has not been overlooked."""
 NEAR = 0.95
