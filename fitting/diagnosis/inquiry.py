@@ -302,19 +302,8 @@ def _shrunk(
     """How far the gap shrinks on what was held out."""
     base, fits = chosen.ground, _fits(found, named, rival)
     shrunk = closure(chosen.problem, chosen.model, base.bench, held, fits, base.point.own, seed)
-    wrong = None if named is None else _best_apart(found, named)
-    return shrunk if wrong is None else dataclasses.replace(shrunk, wrong_keys=wrong.keys)
-
-
-def _not_named(found: Attribution, named: Explanation) -> list[Explanation]:
-    """The explanations that share no effect with what is named, and have no more, best first."""
-    mentioned, most = set(found.judgement.named), len(named.keys)
-    return [e for e in found.explanations if not mentioned & set(e.keys) and len(e.keys) <= most]
-
-
-def _best_apart(found: Attribution, named: Explanation) -> Explanation | None:
-    """The best of these that the records tell from what is named; None for no such."""
-    return next((e for e in _not_named(found, named) if told_apart(named, e)), None)
+    wrong = next((e.keys for e in found.explanations if e.refit is fits.get("wrong")), ())
+    return dataclasses.replace(shrunk, wrong_keys=wrong)
 
 
 def _fits(
@@ -328,8 +317,11 @@ def _fits(
     fits = {"nominal": found.nominal, "named": named.refit}
     if rival is not None:
         fits["rival"] = rival.refit
-    if (wrong := _best_apart(found, named)) is not None:
+    mentioned, most = set(found.judgement.named), len(named.keys)
+    others = [e for e in found.explanations if not mentioned & set(e.keys) and len(e.keys) <= most]
+    wrong = next((e for e in others if told_apart(named, e)), None)
+    if wrong is not None:
         fits["wrong"] = wrong.refit
-    if others := _not_named(found, named):
+    if others:
         fits["placebo"] = others[-1].refit
     return fits

@@ -26,9 +26,16 @@ class AbstractAnomaly(abc.ABC):
         """What to record or to try next, as a sentence."""
 
     @property
-    def sides(self) -> Shares | None:
-        """The excess by mechanics, friction and measurement, as this has it; None where it may be any."""
+    def side(self) -> str | None:
+        """Where it lies: mechanics, friction or measurement; None where it may be any."""
         return None
+
+    @property
+    def sides(self) -> Shares | None:
+        """The excess by side, as this has it; None where it may lie on any."""
+        if self.side is None:
+            return None
+        return {name: float(name == self.side) for name in ("mechanics", "friction", "measurement")}
 
     @property
     def note(self) -> str | None:

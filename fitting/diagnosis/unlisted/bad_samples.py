@@ -6,7 +6,6 @@ import dataclasses
 
 import numpy as np
 
-from fitting.diagnosis.findings import Shares
 from fitting.diagnosis.unlisted.anomaly import AbstractAnomaly
 from fitting.problem import Problem
 from jaxstick.check import quantity
@@ -53,8 +52,8 @@ class BadSamples(AbstractAnomaly):
         )
 
     @property
-    def sides(self) -> Shares:
-        return {"mechanics": 0.0, "friction": 0.0, "measurement": 1.0}
+    def side(self) -> str:
+        return "measurement"
 
 
 def bad_samples(problem: Problem) -> BadSamples | None:

@@ -13,7 +13,6 @@ import dataclasses
 import numpy as np
 from scipy.optimize import least_squares
 
-from fitting.diagnosis.findings import Shares
 from fitting.diagnosis.lanes.bench import Bench
 from fitting.diagnosis.lanes.model import Prediction
 from fitting.diagnosis.lanes.steadiness import robust_deviation
@@ -75,8 +74,8 @@ class Bursts(AbstractAnomaly):
         )
 
     @property
-    def sides(self) -> Shares:
-        return {"mechanics": 0.0, "friction": 1.0, "measurement": 0.0}
+    def side(self) -> str:
+        return "friction"
 
 
 def bursts(bench: Bench, seen: Prediction, period: float) -> Bursts | None:

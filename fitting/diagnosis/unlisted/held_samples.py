@@ -12,7 +12,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fitting.diagnosis.findings import Shares
 from fitting.diagnosis.lanes.bench import Bench
 from fitting.diagnosis.lanes.model import Prediction
 from fitting.diagnosis.lanes.steadiness import robust_deviation
@@ -75,8 +74,8 @@ class HeldSamples(AbstractAnomaly):
         )
 
     @property
-    def sides(self) -> Shares:
-        return {"mechanics": 0.0, "friction": 0.0, "measurement": 1.0}
+    def side(self) -> str:
+        return "measurement"
 
 
 def held_samples(bench: Bench, seen: Prediction) -> HeldSamples | None:

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.signal import find_peaks
 
-from fitting.diagnosis.findings import Shares
 from fitting.diagnosis.lanes.bench import Bench
 from fitting.diagnosis.lanes.model import Prediction
 from fitting.diagnosis.lanes.steadiness import robust_deviation
@@ -73,8 +72,8 @@ class Jumps(AbstractAnomaly):
         )
 
     @property
-    def sides(self) -> Shares:
-        return {"mechanics": 0.0, "friction": 1.0, "measurement": 0.0}
+    def side(self) -> str:
+        return "friction"
 
 
 def jumps(bench: Bench, seen: Prediction) -> Jumps | None:

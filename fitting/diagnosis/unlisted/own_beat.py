@@ -19,7 +19,6 @@ from scipy.ndimage import median_filter
 from scipy.special import gammaincc
 
 from fitting.cycle import frequency_of
-from fitting.diagnosis.findings import Shares
 from fitting.diagnosis.lanes.bench import Bench, Point
 from fitting.diagnosis.lanes.model import Model, Prediction
 from fitting.diagnosis.unlisted.anomaly import AbstractAnomaly
@@ -74,8 +73,8 @@ class OwnBeat(AbstractAnomaly):
         )
 
     @property
-    def sides(self) -> Shares | None:
-        return {"mechanics": 1.0, "friction": 0.0, "measurement": 0.0} if self.friction_known else None
+    def side(self) -> str | None:
+        return "mechanics" if self.friction_known else None
 
 
 def own_beat(problem: Problem, model: Model, bench: Bench, point: Point, seen: Prediction) -> OwnBeat | None:

@@ -129,7 +129,8 @@ def survey(
     if found[0].refit.misfit < STRONG * nominal.misfit:
         others = second_look(model, bench, found, found[0].keys[0], 0, first.shapes, progress)
         found = best_of(freed(model, bench, [*found, *others])) if others else found
-    stands = borrowed(model, bench, nominal, found[0].refit) if nominal.misfit > MUCH else nominal
+    best = found[0].refit
+    stands = borrowed(model, bench, nominal, best, ASTRAY) if nominal.misfit > MUCH else nominal
     if stands.misfit < ASTRAY * nominal.misfit:
         return survey(model, bench, stands, begins, progress, [*known, *found])
     seen = Survey(nominal, first, tuple(found), floor_of(model, bench, [nominal, found[0].refit]))
